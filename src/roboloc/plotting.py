@@ -1,0 +1,166 @@
+"""Draw poses, trajectories and beliefs on given axes.
+
+Every function takes the axes first, adds one artist, returns it, and does nothing else: figures, labels and
+limits belong to the caller. Keywords in `style` go to the artist and override what is set here. The colours
+are those of Okabe and Ito, which remain distinct for colour-blind readers; a figure should still not rely on
+colour alone, so give line styles or markers too.
+
+Source of the colours: M. Okabe and K. Ito, *Color Universal Design* (2008).
+"""
+
+from math import cos, log, sin, sqrt
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Ellipse, Patch, Polygon
+from numpy.typing import ArrayLike
+
+from roboloc.validation import as_array, as_number
+
+COLORS = MappingProxyType(
+    {
+        "black": "#000000",
+        "orange": "#E69F00",
+        "sky_blue": "#56B4E9",
+        "green": "#009E73",
+        "yellow": "#F0E442",
+        "blue": "#0072B2",
+        "vermillion": "#D55E00",
+        "purple": "#CC79A7",
+    }
+)
+"""Okabe-Ito colours by name."""
+
+# A robot seen from above in its own frame, x ahead: nose, left corner, notch, right corner.
+_ROBOT = ((1.0, 0.0), (-0.7, 0.6), (-0.35, 0.0), (-0.7, -0.6))
+
+
+def plot_trajectory(ax: Axes, xs: ArrayLike, **style: Any) -> Line2D:
+    """Draw the path through a sequence of poses.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Axes to draw on.
+    xs : (N, 3) array_like
+        Poses [m, m, rad]; the headings are not shown.
+    **style
+        Keywords of `matplotlib.lines.Line2D`.
+
+    Returns
+    -------
+    matplotlib.lines.Line2D
+        The path.
+
+    Raises
+    ------
+    ValueError
+        If `xs` has another shape or is not finite.
+    """
+    xs = as_array("xs", xs, ("N", 3))
+    (line,) = ax.plot(xs[:, 0], xs[:, 1], **_styled(style, "color", COLORS["blue"]))
+    return line
+
+
+def plot_pose(ax: Axes, x: ArrayLike, size: float = 0.15, **style: Any) -> Polygon:
+    """Draw a robot as an arrowhead that points where it faces.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Axes to draw on.
+    x : (3,) array_like
+        Pose [m, m, rad].
+    size : float
+        Distance from the position to the nose [m], positive.
+    **style
+        Keywords of `matplotlib.patches.Polygon`.
+
+    Returns
+    -------
+    matplotlib.patches.Polygon
+        The robot.
+
+    Raises
+    ------
+    ValueError
+        If `x` has another shape or is not finite, or if `size` is not positive.
+    """
+    x, y, theta = as_array("x", x, (3,)).tolist()
+    size = as_number("size", size)
+    if size <= 0.0:
+        raise ValueError(f"size: expected a positive number, got {size}")
+    c, s = cos(theta), sin(theta)
+    corners = [(x + size * (c * a - s * b), y + size * (s * a + c * b)) for a, b in _ROBOT]
+    style = _styled(style, "facecolor", COLORS["orange"])
+    robot = Polygon(corners, closed=True, **_styled(style, "edgecolor", COLORS["black"]))
+    return _added(ax, robot)
+
+
+def plot_covariance_ellipse(
+    ax: Axes, x: ArrayLike, Sigma: ArrayLike, probability: float = 0.95, **style: Any
+) -> Ellipse:
+    """Draw the ellipse that holds the position with a given probability.
+
+    The squared Mahalanobis distance of a Gaussian in the plane exceeds d2 with probability exp(-d2 / 2),
+    which gives the size; the eigenvectors of the covariance give the axes.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Axes to draw on.
+    x : (n,) array_like
+        Mean; its first two entries are the position [m].
+    Sigma : (n, n) array_like
+        Covariance; its upper left block is that of the position [m^2].
+    probability : float
+        Between 0 and 1, both excluded.
+    **style
+        Keywords of `matplotlib.patches.Ellipse`.
+
+    Returns
+    -------
+    matplotlib.patches.Ellipse
+        The ellipse, not filled unless `style` says so.
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite, or if the probability is not between 0 and 1.
+    """
+    x = as_array("x", x, ("n",))
+    if x.size < 2:
+        raise ValueError(f"x: expected at least 2 entries, got {x.size}")
+    Sigma = as_array("Sigma", Sigma, (x.size, x.size))
+    probability = as_number("probability", probability)
+    if not 0.0 < probability < 1.0:
+        raise ValueError(f"probability: expected a number between 0 and 1, got {probability}")
+    variances, axes = np.linalg.eigh(Sigma[:2, :2])
+    d = sqrt(-2.0 * log(1.0 - probability))
+    height, width = 2.0 * d * np.sqrt(np.maximum(variances, 0.0))
+    angle = np.degrees(np.arctan2(axes[1, 1], axes[0, 1]))
+    style = _styled(style, "edgecolor", COLORS["vermillion"])
+    ellipse = Ellipse(x[:2], width, height, angle=angle, **_styled(style, "facecolor", "none"))
+    return _added(ax, ellipse)
+
+
+# Other spellings by which matplotlib lets a caller set the same thing.
+_SPELLINGS = {
+    "color": ("color", "c"),
+    "facecolor": ("facecolor", "fc", "color"),
+    "edgecolor": ("edgecolor", "ec", "color"),
+}
+
+
+def _styled(style: dict[str, Any], key: str, value: str) -> dict[str, Any]:
+    """Return `style` with a default added, unless the caller set it under any spelling."""
+    return style if any(spelling in style for spelling in _SPELLINGS[key]) else {**style, key: value}
+
+
+def _added(ax: Axes, patch: Patch) -> Patch:
+    ax.add_patch(patch)
+    ax.autoscale_view()
+    return patch
