@@ -3,10 +3,10 @@
 #
 #   1. system packages   bubblewrap (sandbox), chromium (browser tests), node and npm (files the book ships)
 #   2. .venv             requirements.lock, installed by uv, every file checked against its hash
-#   3. vendor files      package-lock.json, installed by npm
+#   3. vendor files      package-lock.json, installed by npm (tools/vendor.py)
 #
-# Each step leaves a stamp made of the hashes of its inputs and a list of what it installed, so a second run does
-# nothing, and a step that was interrupted or damaged is done again.
+# .venv carries a stamp, made of the hashes of its inputs and a list of what stands in it, so a second run does nothing,
+# and an environment that was left incomplete or damaged is made anew.
 #
 #   tools/setup.sh [system] [python] [vendor]      all three by default
 #   PYTHON=python3.12 tools/setup.sh               makes .venv with that interpreter
@@ -14,8 +14,7 @@ set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
 
 oldest_python="3.11"
-stamp_of_python=".venv/.setup-stamp"
-stamp_of_vendor="node_modules/.setup-stamp"
+stamp=".venv/.setup-stamp"
 
 say() { printf 'setup: %s\n' "$*"; }
 fail() {
@@ -47,7 +46,7 @@ missing_packages() {
   command -v chromium >/dev/null || echo chromium
   command -v node >/dev/null || echo nodejs
   command -v npm >/dev/null || echo npm
-  [ -e "$stamp_of_python" ] && [ -x .venv/bin/python ] && return
+  [ -e "$stamp" ] && [ -x .venv/bin/python ] && return
   python=$(find_python)
   if [ -z "$python" ]; then
     command -v python3 >/dev/null || printf '%s\n' python3 python3-venv
@@ -88,9 +87,9 @@ contents_of_python() {
 set_up_python() {
   local inputs contents
   inputs=$(inputs_of_python)
-  if [ -e "$stamp_of_python" ] && [ -x .venv/bin/python ]; then
+  if [ -e "$stamp" ] && [ -x .venv/bin/python ]; then
     contents=$(contents_of_python)
-    [ "$(cat "$stamp_of_python")" = "$inputs$contents" ] && return
+    [ "$(cat "$stamp")" = "$inputs$contents" ] && return
   fi
 
   local python
@@ -100,35 +99,26 @@ set_up_python() {
       "Install one and name it: make setup PYTHON=python3.12"
   fi
   # Only a complete environment is brought up to date; any other is made anew.
-  if [ -z "${contents:-}" ] || [[ "$(cat "$stamp_of_python")" != *"$contents" ]]; then
+  if [ -z "${contents:-}" ] || [[ "$(cat "$stamp")" != *"$contents" ]]; then
     say "making .venv with $("$python" --version)"
     rm -rf .venv
     "$python" -m venv .venv
   fi
-  rm -f "$stamp_of_python"
+  rm -f "$stamp"
   say "installing Python packages (requirements.lock)"
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --require-hashes \
     --requirement requirements-uv.txt </dev/null
   .venv/bin/uv pip sync --quiet --python .venv/bin/python --require-hashes requirements.lock </dev/null
   .venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --no-build-isolation --editable . </dev/null
-  printf '%s%s\n' "$inputs" "$(contents_of_python)" >"$stamp_of_python"
+  printf '%s%s\n' "$inputs" "$(contents_of_python)" >"$stamp"
 }
 
 # ---------------------------------------------------------------- vendor files
 
 set_up_vendor() {
-  [ -e package.json ] || return 0
-  local inputs
-  inputs=$(fingerprint package.json package-lock.json tools/vendor.py tools/setup.sh)
-  if [ -e "$stamp_of_vendor" ] && [ "$(cat "$stamp_of_vendor")" = "$inputs" ] &&
-    .venv/bin/python tools/vendor.py --check; then
-    return
-  fi
+  .venv/bin/python tools/vendor.py --check && return
   say "installing vendor files (package-lock.json)"
-  rm -f "$stamp_of_vendor"
-  npm ci --ignore-scripts --no-audit --no-fund --loglevel=error </dev/null >/dev/null
-  .venv/bin/python tools/vendor.py </dev/null
-  printf '%s\n' "$inputs" >"$stamp_of_vendor"
+  .venv/bin/python tools/vendor.py </dev/null >/dev/null
 }
 
 # One set-up at a time: two make commands started together must not build .venv twice in one place.

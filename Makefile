@@ -1,0 +1,48 @@
+# Every target sets up what it needs first, from a bare checkout; a second run reuses what is there.
+# PYTHON=python3.12 names the interpreter that .venv is made with.
+
+SHELL := bash
+.DEFAULT_GOAL := help
+.PHONY: setup course test lint book notebooks bench lab student-kit clean help
+
+export PATH := $(CURDIR)/.venv/bin:$(PATH)
+BUILD_BOOK := jupyter-book build -W -n --keep-going .
+
+setup: ## the environment and vendor files alone (every other target calls it)
+	@tools/setup.sh
+
+course: setup ## book, student notebooks, a sample class graded in the sandbox, feedback, grades.csv
+	$(BUILD_BOOK)
+	python tools/build_notebooks.py
+	python tools/course.py
+
+test: lint ## everything CI runs
+	python tools/build_notebooks.py --check
+	$(BUILD_BOOK)
+	pytest -n 2
+	python tools/course.py
+
+lint: setup ## ruff: rules and format
+	ruff check .
+	ruff format --check .
+
+book: setup ## the web book, _build/html/index.html
+	$(BUILD_BOOK)
+
+notebooks: setup ## the student notebooks, notebooks/, from solutions/
+	python tools/build_notebooks.py
+
+bench: setup ## every speed claim, as a ratio against a named baseline
+	python -m benchmarks
+
+lab: setup ## JupyterLab on the student notebooks
+	jupyter lab notebooks
+
+student-kit: setup ## dist/: student wheel, zip of notebooks, student repository
+	python tools/student_kit.py
+
+clean: ## what the other targets made, but not .venv, grades or the course secret
+	rm -rf _build build dist .pytest_cache .ruff_cache .hypothesis .jupyter_cache jupyter_execute
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-12s %s\n", $$1, $$2 }' $(MAKEFILE_LIST)
