@@ -53,13 +53,14 @@ class KitError(Exception):
 
 
 def read_commit(root: Path, ref: str, *paths: str) -> dict[str, bytes]:
-    """Read the files under `paths` as they are in the commit `ref`, by path."""
-    command = ["git", "-C", str(root), "archive", "--format=tar", ref, "--", *paths]
+    """Read the files at or under `paths` as they are in the commit `ref`, by path."""
+    command = ["git", "-C", str(root), "-c", "core.autocrlf=false", "archive", "--format=tar", ref]
     done = subprocess.run(command, capture_output=True, check=False)
     if done.returncode:
         raise KitError(f"git archive failed: {done.stderr.decode(errors='replace').strip()}")
     with tarfile.open(fileobj=io.BytesIO(done.stdout)) as archive:
-        return {m.name: archive.extractfile(m).read() for m in archive.getmembers() if m.isfile()}
+        files = {m.name: archive.extractfile(m).read() for m in archive.getmembers() if m.isfile()}
+    return {name: data for name, data in files.items() if any(f"{name}/".startswith(f"{p}/") for p in paths)}
 
 
 def source_date(root: Path, ref: str) -> int:
@@ -218,6 +219,7 @@ def build_wheel(files: dict[str, bytes], out: Path, epoch: int) -> Path:
             stdout=subprocess.PIPE,
             stderr=subprocess.STDOUT,
             text=True,
+            umask=0o022,
             check=False,
         )
     if done.returncode:
