@@ -1,0 +1,73 @@
+"""Public checks: say what is right about a student's stage, and what is not yet.
+
+``check(compute_dynamics)`` calls the function and holds it against worked numbers, against laws that every
+correct answer obeys, and against itself: a Jacobian must agree with differences of the function's own g. No
+answer is stored here, so passing is necessary and not quite sufficient; the graded tests look further. What a
+function prints while it is checked is not shown.
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+from roboloc.checks import gaussian, motion
+from roboloc.checks.report import Check, Item, Report, run, show
+
+__all__ = ["STAGES", "Item", "Report", "check"]
+
+STAGES: dict[str, tuple[Check, ...]] = {
+    "compute_dynamics": motion.COMPUTE_DYNAMICS,
+    "transition_update": gaussian.TRANSITION_UPDATE,
+}
+"""The checks of each stage, in the order in which they are made."""
+
+
+def check(function: Callable, stage: str | None = None) -> Report:
+    """Check a stage, show the report, and return it.
+
+    Parameters
+    ----------
+    function : callable
+        The student's function. Whatever it does, the check does not fail because of it: a function that
+        raises, or returns nothing, is told so.
+    stage : str, optional
+        Name of the stage, where the function's own name is another.
+
+    Returns
+    -------
+    Report
+        True as a condition when everything is right. In Jupyter it is displayed, elsewhere it is written to
+        standard output.
+
+    Examples
+    --------
+    A robot that never moves obeys the laws of motion, but it gets nowhere.
+
+    >>> import numpy as np
+    >>> def compute_dynamics(xvec, u, dt):
+    ...     return np.array(xvec), np.eye(3), np.zeros((3, 2))
+    >>> report = check(compute_dynamics)  # doctest: +ELLIPSIS
+    compute_dynamics: 9 of 16 right
+      [right]   returns g (3,), Gx (3, 3), Gu (3, 2)
+      [not yet] drives straight ahead
+                From x, y, theta = [1, 2, 0] with V, omega = [1.5, 0] for dt = 2 s
+                expected g = [4, 2, 0], got [1, 2, 0]
+    ...
+    >>> bool(report)
+    False
+    """
+    report = _report(function, stage)
+    show(report)
+    return report
+
+
+def _report(function: Any, stage: str | None) -> Report:
+    name = stage if stage is not None else getattr(function, "__name__", None)
+    name = name.rsplit(".", 1)[-1] if isinstance(name, str) else type(function).__name__
+    if not callable(function):
+        got = "None: has its cell been run?" if function is None else f"{type(function).__name__}."
+        return Report(name, (Item("is a function", passed=False, message=f"Expected a function, got {got}"),))
+    if name not in STAGES:
+        message = f"There is no public check of that name. There are: {', '.join(STAGES)}.\nFor a function of"
+        message += f' another name say which stage it is:\ncheck({name}, stage="{next(iter(STAGES))}").'
+        return Report(name, (Item("is a known stage", passed=False, message=message),))
+    return run(name, function, STAGES[name])
