@@ -9,6 +9,7 @@
 # and an environment that was left incomplete or damaged is made anew.
 #
 #   tools/setup.sh [system] [python] [vendor]      all three by default
+#   tools/setup.sh check                           only says whether .venv is complete
 #   PYTHON=python3.12 tools/setup.sh               makes .venv with that interpreter
 set -euo pipefail
 cd "$(dirname "${BASH_SOURCE[0]}")/.."
@@ -84,13 +85,13 @@ contents_of_python() {
   LC_ALL=C ls -1 .venv/bin .venv/lib/python3.*/site-packages 2>&1 | grep -v __pycache__ | sha256sum
 }
 
+python_is_set_up() {
+  [ -e "$stamp" ] && [ -x .venv/bin/python ] &&
+    [ "$(cat "$stamp")" = "$(inputs_of_python)$(contents_of_python)" ]
+}
+
 set_up_python() {
-  local inputs contents
-  inputs=$(inputs_of_python)
-  if [ -e "$stamp" ] && [ -x .venv/bin/python ]; then
-    contents=$(contents_of_python)
-    [ "$(cat "$stamp")" = "$inputs$contents" ] && return
-  fi
+  python_is_set_up && return
 
   local python
   python=$(find_python)
@@ -99,7 +100,7 @@ set_up_python() {
       "Install one and name it: make setup PYTHON=python3.12"
   fi
   # Only a complete environment is brought up to date; any other is made anew.
-  if [ -z "${contents:-}" ] || [[ "$(cat "$stamp")" != *"$contents" ]]; then
+  if [ ! -x .venv/bin/python ] || [ ! -e "$stamp" ] || [[ "$(cat "$stamp")" != *"$(contents_of_python)" ]]; then
     say "making .venv with $("$python" --version)"
     rm -rf .venv
     "$python" -m venv .venv
@@ -110,7 +111,7 @@ set_up_python() {
     --requirement requirements-uv.txt </dev/null
   .venv/bin/uv pip sync --quiet --python .venv/bin/python --require-hashes requirements.lock </dev/null
   .venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --no-build-isolation --editable . </dev/null
-  printf '%s%s\n' "$inputs" "$(contents_of_python)" >"$stamp"
+  printf '%s%s\n' "$(inputs_of_python)" "$(contents_of_python)" >"$stamp"
 }
 
 # ---------------------------------------------------------------- vendor files
@@ -129,6 +130,7 @@ flock 9
 for step in "$@"; do
   case "$step" in
     system | python | vendor) "set_up_$step" ;;
-    *) fail "unknown step '$step'; expected system, python or vendor" ;;
+    check) python_is_set_up || fail ".venv is not as make setup leaves it" ;;
+    *) fail "unknown step '$step'; expected system, python, vendor or check" ;;
   esac
 done
