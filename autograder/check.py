@@ -1,0 +1,247 @@
+"""What a hidden check is, and how a stage's checks are run on a student's function.
+
+A :class:`Check` is a plain function ``(function, rng) -> None`` that raises `AssertionError` with a name, a
+weight and a hint; a :class:`Stage` is the ordered list of the checks of one function. :func:`run_stage` calls
+the student's function through a :class:`Recorder`, turns whatever goes wrong in it into a failed check (never
+into a pass, never into an error of the grader), and returns an :class:`Outcome`, whose share of the points is
+derived from the results.
+
+Two rules keep hidden inputs hidden. A message is made from words of ours: the text of an exception, the name
+of a type or the size of an array is the student's, who could write an input into it, so of these only what is
+known beforehand is repeated. And an error of a check itself is not caught here: it is the grader's fault, and
+the cell must be looked at.
+"""
+
+from __future__ import annotations
+
+import builtins
+import copy
+import functools
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from autograder.secret import generator
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import numpy as np
+
+# The errors of autograder.remote after which a further call would only cost the same time again.
+_LAST_CALLS = {
+    "LimitExceeded": "used more time or memory than a call may use",
+    "ProcessDied": "ended its own process",
+}
+_KNOWN_ERRORS = frozenset(
+    {
+        name
+        for name, kind in vars(builtins).items()
+        if isinstance(kind, type) and issubclass(kind, BaseException)
+    }
+    | {"LinAlgError", "AxisError", "SympifyError"}
+)
+_MAX_LINE = 9999
+
+
+@dataclass(frozen=True)
+class Check:
+    """One thing a stage must do, its weight within the stage, and what to think about when it does not."""
+
+    name: str
+    weight: float
+    run: Callable[[Callable[..., Any], np.random.Generator], None]
+    hint: str = ""
+
+
+@dataclass(frozen=True)
+class Stage:
+    """A graded function: the names of what it returns, the trusted version, the allowed error and the checks.
+
+    `tolerance(args)` gives the allowed error of each output, as an array or a number. `rows` and `columns`
+    name the entries of an output in messages.
+    """
+
+    name: str
+    outputs: tuple[str, ...]
+    reference: Callable[..., tuple]
+    tolerance: Callable[..., tuple]
+    checks: tuple[Check, ...]
+    rows: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+
+    @property
+    def function_name(self) -> str:
+        """The name a student gives the function."""
+        return self.name.rpartition(".")[2]
+
+
+class Case(NamedTuple):
+    """Arguments of one call, what must come back, and how far off each output may be."""
+
+    stage: Stage
+    args: tuple
+    expected: tuple
+    tolerance: tuple
+
+    def fresh(self) -> tuple:
+        """Return writable copies of the arguments: nothing a call does to them reaches another call."""
+        return copy.deepcopy(self.args)
+
+
+class Call(NamedTuple):
+    """What one call of the student's function was given, gave back, and left of its arguments."""
+
+    args: tuple
+    returned: Any
+    after: tuple
+    error: str
+
+
+class CallError(AssertionError):
+    """The student's function raised instead of returning; the message is ours.
+
+    `final` says that calling again would only cost the same limit again.
+    """
+
+    def __init__(self, message: str, *, final: bool = False) -> None:
+        super().__init__(message)
+        self.final = final
+
+
+class Recorder:
+    """Call the student's function and remember every call, for the diagnosis that follows a failure."""
+
+    def __init__(self, function: Callable[..., Any]) -> None:
+        self.function = function
+        self.calls: list[Call] = []
+        self.stopped = ""
+
+    def __call__(self, *args: Any) -> Any:
+        """Call the function; whatever it raises becomes a :class:`CallError` with words of ours."""
+        before = copy.deepcopy(args)
+        try:
+            returned = self.function(*args)
+        except (Exception, SystemExit) as error:  # noqa: BLE001
+            # Everything the student's code can raise counts against it alone; autograder.remote.GraderError
+            # derives from BaseException and passes.
+            kind, message = describe_error(error)
+            self.calls.append(Call(before, None, args, kind))
+            self.stopped = self.stopped or _LAST_CALLS.get(kind, "")
+            raise CallError(message, final=kind in _LAST_CALLS) from None
+        self.calls.append(Call(before, returned, args, ""))
+        return returned
+
+
+@dataclass(frozen=True)
+class Result:
+    """How one check ended; an empty message means that it passed."""
+
+    check: Check
+    message: str = ""
+    ran: bool = True
+
+    @property
+    def passed(self) -> bool:
+        """Whether the check ran and found nothing."""
+        return self.ran and not self.message
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """The results of one stage, and the calls they came from."""
+
+    stage: Stage
+    results: tuple[Result, ...]
+    calls: tuple[Call, ...] = ()
+
+    @property
+    def share(self) -> float:
+        """The part of the points that is earned, 0 to 1: passed weight over all weight."""
+        total = sum(result.check.weight for result in self.results)
+        return sum(result.check.weight for result in self.results if result.passed) / total
+
+    @property
+    def failed(self) -> tuple[Result, ...]:
+        """The checks that did not pass, in order."""
+        return tuple(result for result in self.results if not result.passed)
+
+
+def describe_error(error: BaseException) -> tuple[str, str]:
+    """Name an error of the student's code, without any text that the student's code could have written.
+
+    Returns
+    -------
+    kind, message : str
+        The type's name where it is a known one ("" otherwise), and a sentence for the report.
+    """
+    for name, reason in _LAST_CALLS.items():
+        if any(kind.__name__ == name for kind in type(error).__mro__):
+            return name, f"the call {reason}{_where(error)}"
+    kind = str(getattr(error, "ename", type(error).__name__))
+    kind = kind if kind in _KNOWN_ERRORS else ""
+    if kind == "NotImplementedError":
+        return kind, "the function is not written yet: it raised NotImplementedError"
+    if kind == "SystemExit":
+        return kind, f"the call asked Python to exit instead of returning{_where(error)}"
+    if not kind:
+        return "an error", f"the call raised an error of a type of its own{_where(error)}"
+    return kind, f"the call raised {kind}{_where(error)}"
+
+
+def _where(error: BaseException) -> str:
+    """Say at which line of the cell an error came up, where a believable line is known."""
+    line = getattr(error, "line", None)
+    known = isinstance(line, int) and not isinstance(line, bool) and 0 < line <= _MAX_LINE
+    return f" (line {line} of its cell)" if known else ""
+
+
+def run_stage(stage: Stage, function: Callable[..., Any], secret: str) -> Outcome:
+    """Run all checks of a stage on a function.
+
+    After a call that used up its limits or ended its process, no further check runs: the others are failed
+    with that reason, so that one endless loop costs one time limit.
+
+    Parameters
+    ----------
+    stage : Stage
+        What to check.
+    function : callable
+        The student's function, or the proxy that stands for it.
+    secret : str
+        The course's secret; with the names of stage and check it fixes the hidden inputs.
+
+    Returns
+    -------
+    Outcome
+        One result for each check, in order.
+    """
+    recorder = Recorder(function)
+    results: list[Result] = []
+    for check in stage.checks:
+        if recorder.stopped:
+            reason = f"not run, because an earlier call {recorder.stopped}"
+            results.append(Result(check, reason, ran=False))
+            continue
+        try:
+            check.run(recorder, generator(secret, stage.name, check.name))
+        except AssertionError as error:
+            results.append(Result(check, str(error) or "the check failed"))
+        else:
+            results.append(Result(check))
+    return Outcome(stage, tuple(results), tuple(recorder.calls))
+
+
+def remembered(
+    make: Callable[[np.random.Generator], list[Case]],
+) -> Callable[[np.random.Generator], tuple[Case, ...]]:
+    """Keep the cases that belong to a seed: a whole class has the same ones, computed once a process."""
+    kept: dict[int, tuple[Case, ...]] = {}
+
+    @functools.wraps(make)
+    def cases(rng: np.random.Generator) -> tuple[Case, ...]:
+        seed = rng.bit_generator.seed_seq.entropy
+        if seed not in kept:
+            kept[seed] = tuple(make(rng))
+        return kept[seed]
+
+    return cases

@@ -1,0 +1,178 @@
+"""Compare what a student's function returned with what is right.
+
+Messages name the output and its entries and give the error with one digit, relative to the output's scale:
+enough to know where to look, too little to work back to an input.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autograder.check import CallError
+
+if TYPE_CHECKING:
+    from collections.abc import Callable, Iterable
+
+    from autograder.check import Case, Stage
+
+_KINDS = {
+    "b": "truth values",
+    "c": "complex numbers",
+    "O": "objects",
+    "S": "bytes",
+    "U": "text",
+    "V": "records",
+}
+_MAX_NAMED = 4
+_MAX_DIM = 9
+_MAX_ITEMS = 10_000
+_PLAIN = (bool, int, float, complex, str, list, tuple, dict, set, np.ndarray)
+
+
+def compare(function: Callable[..., Any], cases: Iterable[Case], *names: str) -> None:
+    """Call the function on every case and assert that the named outputs (all, if none is named) are right.
+
+    A fault does not end the series: the calls that follow show how regular it is.
+
+    Raises
+    ------
+    AssertionError
+        If a call fails or a named output is missing, of another shape or type, not finite, or off.
+    """
+    cases = tuple(cases)
+    faults: list[str] = []
+    for case in cases:
+        try:
+            returned = function(*case.fresh())
+        except CallError as error:
+            if error.final:
+                raise
+            faults.append(str(error))
+            continue
+        found = (fault(case, returned, name) for name in names or case.stage.outputs)
+        if message := next(filter(None, found), ""):
+            faults.append(message)
+    if faults:
+        count = f" (in {len(faults)} of {len(cases)} cases, this being the first)" if len(cases) > 1 else ""
+        raise AssertionError(faults[0] + count)
+
+
+def right_outputs(case: Case, returned: Any) -> list[str]:
+    """List the outputs of a call that are right."""
+    return [name for name in case.stage.outputs if not fault(case, returned, name)]
+
+
+def fault(case: Case, returned: Any, name: str) -> str:
+    """Say what is wrong with one output of a call; "" if nothing is."""
+    stage = case.stage
+    index = stage.outputs.index(name)
+    expected = np.asarray(case.expected[index], dtype=float)
+    try:
+        got = read(pick(stage, returned, name), name, expected.shape)
+    except AssertionError as error:
+        return str(error)
+    off = np.abs(got - expected)
+    bad = off > case.tolerance[index]
+    if not bad.any():
+        return ""
+    scale = max(float(np.abs(expected).max()), np.finfo(float).tiny)
+    error = size(float(off[bad].max()) / scale)
+    return f"{name} is off: {entries(stage, name, bad)} by {error} the scale of {name}"
+
+
+def pick(stage: Stage, returned: Any, name: str) -> Any:
+    """Take one output from what a call returned.
+
+    Raises
+    ------
+    AssertionError
+        If the call returned nothing, or not as many values as the stage has outputs.
+    """
+    wanted = ", ".join(stage.outputs)
+    if returned is None:
+        raise AssertionError(f"the function returned None, expected {wanted}: is there a return at its end?")
+    if not isinstance(returned, (tuple, list)):
+        raise AssertionError(f"the function returned {kind(returned)}, expected a tuple {wanted}")  # noqa: TRY004 (a failed check)
+    if len(returned) != len(stage.outputs):
+        count = str(len(returned)) if len(returned) <= _MAX_DIM else "many"
+        raise AssertionError(f"the function returned {count} values, expected {len(stage.outputs)}: {wanted}")
+    return returned[stage.outputs.index(name)]
+
+
+def read(value: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
+    """Read an output as an array of finite real numbers of the given shape.
+
+    Raises
+    ------
+    AssertionError
+        If it is not one; the message names the output and what is wrong with it.
+    """
+    if value is None:
+        raise AssertionError(f"{name} is None, expected an array of shape {shape}")
+    if not isinstance(value, (int, float, list, tuple, np.ndarray, np.number)):
+        raise AssertionError(f"{name} is {kind(value)}, expected an array of shape {shape}")  # noqa: TRY004 (as above)
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError, OverflowError):
+        raise AssertionError(f"{name} cannot be read as an array of numbers") from None
+    if array.dtype.kind not in "fiu":
+        held = _KINDS.get(array.dtype.kind, "something else")
+        raise AssertionError(f"{name} holds {held}, expected real numbers")
+    if array.shape != shape:
+        raise AssertionError(f"{name} has {_shape(array)}, expected shape {shape}")
+    array = array.astype(float)
+    if not np.isfinite(array).all():
+        found = "NaN" if np.isnan(array).any() else "an infinite value"
+        raise AssertionError(f"{name} holds {found}")
+    return array
+
+
+def kind(value: Any) -> str:
+    """Name the type of a value in plain words; a type of the student's own is not named."""
+    found = next((plain for plain in _PLAIN if type(value) is plain), None)
+    if found is None:
+        return "an object of another type"
+    return {"str": "text", "ndarray": "an array", "int": "an int"}.get(found.__name__, f"a {found.__name__}")
+
+
+def _shape(array: np.ndarray) -> str:
+    """Name a shape if it is one a mistake leads to; a large one could spell out an input."""
+    if array.ndim <= 3 and all(length <= _MAX_DIM for length in array.shape):
+        return f"shape {array.shape}"
+    return "another shape"
+
+
+def entries(stage: Stage, name: str, bad: np.ndarray) -> str:
+    """Name the entries that are off, with the names of rows and columns where the stage has them."""
+    where = [tuple(int(i) for i in index) for index in np.argwhere(bad)]
+    if len(where) > _MAX_NAMED:
+        return f"{len(where)} of {bad.size} entries"
+    rows, columns = stage.rows.get(name, ()), stage.columns.get(name, ())
+
+    def label(index: tuple[int, ...]) -> str:
+        text = f"[{', '.join(map(str, index))}]"
+        names = [names[i] for names, i in zip((rows, columns), index, strict=False) if i < len(names)]
+        return f"{text} ({' by '.join(names)})" if names else text
+
+    return ("entry " if len(where) == 1 else "entries ") + ", ".join(label(index) for index in where)
+
+
+def size(relative: float) -> str:
+    """Put a relative error into words, with one digit.
+
+    Examples
+    --------
+    >>> size(0.03), size(3.2), size(25.0), size(3e-8)
+    ('about 3 % of', 'about 3 times', 'more than ten times', 'about 1e-08 of')
+    """
+    if not relative <= 9.5:
+        return "more than ten times"
+    if relative >= 1.5:
+        return f"about {relative:.0f} times"
+    if relative >= 0.095:
+        return f"about {10 * round(10 * relative):d} % of"
+    if relative >= 0.00095:
+        return f"about {100 * relative:.1g} % of"
+    return f"about 1e{round(np.log10(max(relative, 1e-16))):03d} of"

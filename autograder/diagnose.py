@@ -1,0 +1,280 @@
+"""Say what a mistake is: by comparison with known wrong versions, else by where and how the numbers differ.
+
+Works on the calls that the checks have made already; the student's function is not called again. Each output
+is looked at on its own, so that two mistakes in two outputs are both found.
+"""
+
+from __future__ import annotations
+
+import copy
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from autograder.compare import entries
+
+if TYPE_CHECKING:
+    from autograder.check import Call, Outcome, Stage
+    from autograder.misconceptions.model import Misconception
+
+ARGUMENTS = "arguments"
+_FEWEST_CALLS = 3
+_SAME_FACTOR = 1e-6
+_CLOSE = 1e-4
+_NEARLY = (
+    "close, but not to rounding. Is a derivative taken by a difference, a series cut early, a limit used too far "
+    "from 0, or a number of lower precision used?"
+)
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """What is wrong with some outputs: a known mistake with its explanation, or a plain observation."""
+
+    title: str
+    explanation: str
+    hint: str
+    outputs: tuple[str, ...]
+    known: bool = True
+
+
+@dataclass(frozen=True)
+class _Numbers:
+    """One call as numbers: each output's array, None where it is not one, and which arguments changed."""
+
+    values: dict[str, np.ndarray | None]
+    changed: tuple[bool, ...]
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """One call of the student's function beside the right result."""
+
+    args: tuple
+    right: dict[str, np.ndarray]
+    tolerance: dict[str, np.ndarray]
+    got: _Numbers
+
+
+def diagnose(outcome: Outcome, misconceptions: tuple[Misconception, ...]) -> tuple[Diagnosis, ...]:
+    """Explain a failed stage.
+
+    Parameters
+    ----------
+    outcome : Outcome
+        The results of the stage and its calls.
+    misconceptions : tuple of Misconception
+        The wrong versions of this stage.
+
+    Returns
+    -------
+    tuple of Diagnosis
+        Known mistakes first, then observations on outputs that no known mistake explains. Empty if all passed
+        or too little was returned to say anything.
+    """
+    if not outcome.failed:
+        return ()
+    stage = outcome.stage
+    with np.errstate(all="ignore"):
+        seen = [_beside(stage, call) for call in outcome.calls if call.error in {"", "ZeroDivisionError"}]
+        wrong = {name for name in stage.outputs if any(_off(item, item.got, name) for item in seen)}
+        if any(any(item.got.changed) for item in seen):
+            wrong.add(ARGUMENTS)
+        if len(seen) < _FEWEST_CALLS or not wrong:
+            return ()
+        found = _known(stage, seen, wrong, misconceptions)
+        explained = {name for item in found for name in item.outputs}
+        observed = (_observe(stage, seen, name) for name in stage.outputs if name in wrong - explained)
+        return (*found, *filter(None, observed))
+
+
+def _known(
+    stage: Stage, seen: list[_Seen], wrong: set[str], misconceptions: tuple[Misconception, ...]
+) -> list[Diagnosis]:
+    """Choose the fewest wrong versions that account for the outputs that are wrong."""
+    matches: list[tuple[Misconception, set[str], int]] = []
+    for item in misconceptions:
+        versions = [_run(stage, item, one.args) for one in seen]
+        faulty = {name for name in (*stage.outputs, ARGUMENTS) if _deviates(seen, versions, name)}
+        matched = {name for name in faulty & wrong if _matches(item, seen, versions, name)}
+        matches.append((item, matched, len(faulty - matched)))
+    found: list[Diagnosis] = []
+    while wrong:
+        item, matched, _ = max(
+            matches, key=lambda entry: (len(entry[1] & wrong), -entry[2]), default=(None, set(), 0)
+        )
+        matched = matched & wrong
+        if not matched:
+            break
+        outputs = tuple(name for name in (*stage.outputs, ARGUMENTS) if name in matched)
+        found.append(Diagnosis(item.name, item.explanation, item.hint, outputs))
+        wrong = wrong - matched
+    return found
+
+
+def _matches(item: Misconception, seen: list[_Seen], versions: list[_Numbers], name: str) -> bool:
+    """Whether an output is the wrong version's in every call, up to the error that is allowed anyway."""
+    if name == ARGUMENTS:
+        return all(one.got.changed == version.changed for one, version in zip(seen, versions, strict=True))
+    for one, version in zip(seen, versions, strict=True):
+        if _off(one, version, name) and not _off(one, one.got, name):
+            return False
+        if item.determined(*one.args) and not _equal(one, version, name):
+            return False
+    return True
+
+
+def _deviates(seen: list[_Seen], versions: list[_Numbers], name: str) -> bool:
+    if name == ARGUMENTS:
+        return any(any(version.changed) for version in versions)
+    return any(_off(one, version, name) for one, version in zip(seen, versions, strict=True))
+
+
+def _off(one: _Seen, numbers: _Numbers, name: str) -> bool:
+    """Whether an output is not the right one."""
+    value = numbers.values[name]
+    return value is None or not bool((np.abs(value - one.right[name]) <= one.tolerance[name]).all())
+
+
+def _equal(one: _Seen, version: _Numbers, name: str) -> bool:
+    got, wanted = one.got.values[name], version.values[name]
+    if got is None or wanted is None:
+        return False
+    if not np.isfinite(wanted).all():
+        return not np.isfinite(got).all()  # where one program gets NaN, another gets infinity or an error
+    scale = np.abs(wanted).max() / max(float(np.abs(one.right[name]).max()), np.finfo(float).tiny)
+    return bool((np.abs(got - wanted) <= 4 * one.tolerance[name].max() * (1 + scale)).all())
+
+
+def _beside(stage: Stage, call: Call) -> _Seen:
+    right = {
+        name: np.asarray(value, dtype=float) for name, value in _named(stage, stage.reference(*call.args))
+    }
+    tolerance = {
+        name: np.broadcast_to(value, right[name].shape)
+        for name, value in _named(stage, stage.tolerance(*call.args))
+    }
+    if call.error:  # a division by zero in plain Python is what NaN is in numpy
+        got = _Numbers({name: np.full_like(value, np.nan) for name, value in right.items()}, _changed(call))
+    else:
+        returned = call.returned
+        usable = isinstance(returned, (tuple, list)) and len(returned) == len(stage.outputs)
+        pairs = _named(stage, returned if usable else [None] * len(stage.outputs))
+        got = _Numbers({name: _array(value, right[name].shape) for name, value in pairs}, _changed(call))
+    return _Seen(call.args, right, tolerance, got)
+
+
+def _run(stage: Stage, item: Misconception, args: tuple) -> _Numbers:
+    given = copy.deepcopy(args)
+    returned = item.function(*given)
+    values = {name: np.array(value, dtype=float) for name, value in _named(stage, returned)}
+    return _Numbers(values, tuple(not _same(now, was) for now, was in zip(given, args, strict=True)))
+
+
+def _named(stage: Stage, values: Any) -> list[tuple[str, Any]]:
+    return list(zip(stage.outputs, values, strict=True))
+
+
+def _changed(call: Call) -> tuple[bool, ...]:
+    return tuple(not _same(now, was) for now, was in zip(call.after, call.args, strict=True))
+
+
+def _same(now: Any, was: Any) -> bool:
+    return np.array_equal(now, was) if isinstance(was, np.ndarray) else now == was
+
+
+def _array(value: Any, shape: tuple[int, ...]) -> np.ndarray | None:
+    """Read an output as numbers of the right shape, finite or not; None if it is not that."""
+    try:
+        array = np.asarray(value)
+    except (ValueError, TypeError, OverflowError):
+        return None
+    return array.astype(float) if array.dtype.kind in "fiu" and array.shape == shape else None
+
+
+def _observe(stage: Stage, seen: list[_Seen], name: str) -> Diagnosis | None:  # noqa: PLR0911 (a list of cases)
+    """Describe how an output differs that no known mistake explains."""
+    pairs = [(one, one.got.values[name]) for one in seen]
+    if any(value is None or not np.isfinite(value).all() for _, value in pairs):
+        return None  # the message of the check says all there is to say
+    got = np.array([value for _, value in pairs]) if len({v.shape for _, v in pairs}) == 1 else None
+    if got is None:
+        return _sizes_differ(pairs, name)
+    right = np.array([one.right[name] for one, _ in pairs])
+    tolerance = np.array([one.tolerance[name] for one, _ in pairs])
+    bad = (np.abs(got - right) > tolerance).any(axis=0)
+    where = entries(stage, name, bad)
+    loose = 4 * tolerance.max(axis=tuple(range(1, tolerance.ndim)), keepdims=True)
+    if (
+        right.ndim == 3
+        and right.shape[1] == right.shape[2]
+        and (np.abs(got - right.swapaxes(1, 2)) <= loose).all()
+    ):
+        return _observation(name, f"{name} is the transpose of the right matrix.")
+    wrong_got, wrong_right, durations = got[:, bad], right[:, bad], _durations(seen)
+    if text := _factor(wrong_got, wrong_right, durations):
+        return _observation(name, f"{where} of {name}: {text}.")
+    scale = np.abs(right).max()
+    if np.abs(got - right).max() <= _CLOSE * scale:
+        return _observation(name, f"{where} of {name}: {_NEARLY}")
+    if bad.all():
+        return None
+    verb = "is" if bad.sum() == 1 else "are"
+    return _observation(
+        name, f"In {name}, only {where} of {bad.size} {verb} off; the others are always right."
+    )
+
+
+def _sizes_differ(pairs: list[tuple[_Seen, np.ndarray]], name: str) -> Diagnosis | None:
+    """Describe a matrix output that comes in several sizes."""
+    square = all(value.ndim == 2 for _, value in pairs)
+    if square and any(np.abs(value - value.T).max() > 4 * one.tolerance[name].max() for one, value in pairs):
+        return _observation(name, f"{name} is not symmetric, and a covariance is.")
+    ratios = [value / one.right[name] for one, value in pairs]
+    text = _factor_text(
+        [float(np.median(ratio)) for ratio in ratios], [float(np.ptp(ratio)) for ratio in ratios]
+    )
+    return _observation(name, f"All entries of {name}: {text}.") if text else None
+
+
+def _durations(seen: list[_Seen]) -> np.ndarray | None:
+    """Return dt of every call: the last argument, or the symbol of that name."""
+    last = [one.args[-1] for one in seen]
+    found = [value.get("dt") if isinstance(value, dict) else value for value in last]
+    return np.array(found) if all(isinstance(value, float) for value in found) else None
+
+
+def _factor(got: np.ndarray, right: np.ndarray, durations: np.ndarray | None) -> str:
+    """Find one factor between what was returned and what is right: a sign, a number, a power of dt."""
+    usable = np.abs(right) > _CLOSE * np.abs(right).max()
+    if not usable.any() or not (np.abs(got[~usable]) <= _CLOSE * np.abs(right).max()).all():
+        return ""
+    ratios = np.divide(got, right, out=np.full_like(got, np.nan), where=usable)
+    for power in (0, 1, -1, 2, -2) if durations is not None else (0,):
+        scaled = ratios if power == 0 else ratios / (durations**power)[:, None]
+        values = scaled[usable]
+        text = _factor_text([float(np.median(values))], [float(np.ptp(values))])
+        if text and power == 0:
+            return text
+        if text and abs(np.median(values) - 1) < _SAME_FACTOR:
+            return f"a factor dt{'' if power == 1 else f' to the power {power}'} too much"
+    return ""
+
+
+def _factor_text(medians: list[float], spreads: list[float]) -> str:
+    """Name a factor that is the same everywhere."""
+    factor = medians[0]
+    if any(abs(value - factor) > _SAME_FACTOR * abs(factor) for value in medians):
+        return ""
+    if any(spread > _SAME_FACTOR * abs(factor) for spread in spreads) or abs(factor - 1) < _SAME_FACTOR:
+        return ""
+    if abs(factor + 1) < _SAME_FACTOR:
+        return "the sign is wrong"
+    if abs(factor) < _SAME_FACTOR:
+        return "always 0"
+    return f"off by the same factor everywhere, about {factor:.2g}"
+
+
+def _observation(name: str, text: str) -> Diagnosis:
+    return Diagnosis("What can be seen", text[0].upper() + text[1:], "", (name,), known=False)

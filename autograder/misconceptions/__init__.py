@@ -1,0 +1,19 @@
+"""Wrong versions of the graded stages, each one real mistake with a name: one module per notebook.
+
+They are used twice. Every one must fail its stage's checks; and when a submission fails, its results are
+compared with theirs, so that feedback can say what the mistake is.
+"""
+
+from __future__ import annotations
+
+from autograder.misconceptions import motion_model
+
+MISCONCEPTIONS = motion_model.MISCONCEPTIONS
+
+
+def of_stage(stage: str) -> tuple:
+    """Return the wrong versions of a stage, in the order in which they are tried."""
+    return tuple(item for item in MISCONCEPTIONS if item.stage == stage)
+
+
+__all__ = ["MISCONCEPTIONS", "of_stage"]

@@ -1,0 +1,121 @@
+"""The report on one stage, as plain text and as simple HTML: display data for the cell that asked for it.
+
+Nothing in it comes from the student but numbers that were rounded and names that were known beforehand, and
+all of it is escaped all the same.
+"""
+
+from __future__ import annotations
+
+import functools
+import hashlib
+from dataclasses import dataclass
+from html import escape
+from importlib.metadata import PackageNotFoundError, version
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import roboloc_reference
+
+if TYPE_CHECKING:
+    from autograder.check import Outcome, Result
+    from autograder.diagnose import Diagnosis
+
+_SOURCES = ("check.py", "compare.py", "diagnose.py", "symbolic.py", "checks", "misconceptions")
+
+
+@functools.cache
+def checks_version() -> str:
+    """Return a short hash of all that decides on a score: the checks, their tools, the reference."""
+    here, reference = Path(__file__).parent, Path(roboloc_reference.__file__).parent
+    roots = [(here, here / name) for name in _SOURCES] + [(reference.parent, reference)]
+    digest = hashlib.sha256()
+    for base, path in roots:
+        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
+            digest.update(file.relative_to(base).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
+    return digest.hexdigest()[:12]
+
+
+def environment_version() -> str:
+    """Return the versions of the packages that a numerical result depends on."""
+    found = []
+    for package in ("roboloc", "numpy", "scipy", "sympy"):
+        try:
+            found.append(f"{package} {version(package)}")
+        except PackageNotFoundError:
+            found.append(f"{package} unknown")
+    return ", ".join(found)
+
+
+@dataclass(frozen=True)
+class Report:
+    """What a student reads about one stage."""
+
+    outcome: Outcome
+    diagnoses: tuple[Diagnosis, ...]
+    points: float
+    score: float
+    run_id: str = ""
+
+    @property
+    def title(self) -> str:
+        """The first line: the stage and its score."""
+        return f"{self.outcome.stage.name}: {self.score:g} of {self.points:g} points"
+
+    @property
+    def footer(self) -> str:
+        """The last line: what an appeal refers to."""
+        run = f"; run {self.run_id}" if self.run_id else ""
+        return f"Checks {checks_version()}; {environment_version()}{run}"
+
+    def __str__(self) -> str:
+        """Return the report as plain text."""
+        lines = [self.title]
+        for result in self.outcome.results:
+            lines.append(f"  {_word(result):8}{result.check.name}")
+            if not result.passed:
+                lines.append(f"          {result.message}")
+                lines.extend([f"          Hint: {result.check.hint}"] if self._hinted(result) else [])
+        for item in self.diagnoses:
+            lines.append(f"  {_heading(item)}")
+            lines.append(f"    {item.explanation}")
+            lines.extend([f"    Look here: {item.hint}"] if item.hint else [])
+        return "\n".join([*lines, self.footer])
+
+    __repr__ = __str__
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for result in self.outcome.results:
+            text = escape(result.message)
+            if self._hinted(result):
+                text += f" <em>Hint: {escape(result.check.hint)}</em>"
+            rows.append(
+                f"<tr><td>{_word(result)}</td><td>{escape(result.check.name)}</td><td>{text}</td></tr>"
+            )
+        head = "<tr><th>Result</th><th>Tested</th><th>What was found</th></tr>"
+        parts = [f"<h4>{escape(self.title)}</h4>", f"<table>{head}{''.join(rows)}</table>"]
+        for item in self.diagnoses:
+            hint = f" <em>Look here: {escape(item.hint)}</em>" if item.hint else ""
+            parts.append(f"<p><strong>{escape(_heading(item))}</strong> {escape(item.explanation)}{hint}</p>")
+        return "\n".join([*parts, f"<p><code>{escape(self.footer)}</code></p>"])
+
+    def bundle(self) -> dict[str, str]:
+        """Return the report as display data."""
+        return {"text/plain": str(self), "text/html": self._repr_html_()}
+
+    def _hinted(self, result: Result) -> bool:
+        """Whether a check's hint is shown: not beside a recognised mistake or a check that did not run."""
+        return bool(result.check.hint and result.message and result.ran) and not any(
+            d.known for d in self.diagnoses
+        )
+
+
+def _word(result: Result) -> str:
+    if result.passed:
+        return "passed"
+    return "failed" if result.ran else "not run"
+
+
+def _heading(item: Diagnosis) -> str:
+    outputs = ", ".join(item.outputs)
+    return f"Recognised mistake: {item.title} ({outputs})." if item.known else f"{item.title} ({outputs}):"
