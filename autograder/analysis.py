@@ -1,0 +1,100 @@
+"""Which names a cell binds, reads and deletes, found without running it."""
+
+from __future__ import annotations
+
+import ast
+import builtins
+import symtable
+from dataclasses import dataclass, field
+
+from IPython.core.inputtransformer2 import TransformerManager
+
+BUILTINS = frozenset(dir(builtins)) | {"get_ipython", "display", "__name__", "__file__"}
+
+
+@dataclass(frozen=True)
+class Names:
+    """The global names of one cell.
+
+    Attributes
+    ----------
+    loads, stores, deletes : frozenset of str
+        Read, bound and deleted anywhere in the cell, functions included.
+    imports : dict of str to tuple
+        Names bound by an import at the top level: module, and the attribute or None.
+    """
+
+    loads: frozenset[str] = frozenset()
+    stores: frozenset[str] = frozenset()
+    deletes: frozenset[str] = frozenset()
+    imports: dict[str, tuple[str, str | None]] = field(default_factory=dict)
+
+
+def analyse(source: str) -> Names:
+    """Return the global names of a cell.
+
+    Parameters
+    ----------
+    source : str
+        Python with IPython's magics. A cell that does not parse has no names.
+
+    Returns
+    -------
+    Names
+        What the cell reads, binds and deletes.
+
+    Examples
+    --------
+    Local variables of a function are not names of the cell; what it reads from outside is:
+
+    >>> names = analyse("import numpy as np\\ndef f(x):\\n    y = x + offset\\n    return np.sin(y)")
+    >>> sorted(names.loads), sorted(names.stores), names.imports
+    (['np', 'offset'], ['f', 'np'], {'np': ('numpy', None)})
+    """
+    try:
+        plain = TransformerManager().transform_cell(source)
+        tree = ast.parse(plain)
+        table = symtable.symtable(plain, "<cell>", "exec")
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return Names()
+    loads: set[str] = set()
+    stores: set[str] = set()
+    _collect(table, loads, stores)
+    deletes = {
+        target.id
+        for node in ast.walk(tree)
+        if isinstance(node, ast.Delete)
+        for target in node.targets
+        if isinstance(target, ast.Name)
+    }
+    return Names(frozenset(loads), frozenset(stores), frozenset(deletes), _imports(tree))
+
+
+def _collect(table: symtable.SymbolTable, loads: set[str], stores: set[str]) -> None:
+    top = table.get_type() == "module"
+    for symbol in table.get_symbols():
+        if not (top or symbol.is_global()):
+            continue
+        if symbol.is_referenced():
+            loads.add(symbol.get_name())
+        if symbol.is_assigned() or symbol.is_imported():
+            stores.add(symbol.get_name())
+    for child in table.get_children():
+        _collect(child, loads, stores)
+
+
+def _imports(tree: ast.Module) -> dict[str, tuple[str, str | None]]:
+    found: dict[str, tuple[str, str | None]] = {}
+    for node in tree.body:
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                if alias.asname:
+                    found[alias.asname] = (alias.name, None)
+                else:
+                    root = alias.name.partition(".")[0]
+                    found[root] = (root, None)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            for alias in node.names:
+                if alias.name != "*":
+                    found[alias.asname or alias.name] = (node.module, alias.name)
+    return found

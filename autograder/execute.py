@@ -1,0 +1,352 @@
+"""Executing a notebook in two places: the submission's cells in the sandbox, the test cells here.
+
+All cells of the submission run first, in order; the state before each test cell is kept. Then the test cells run, each
+against a fork of its state that is thrown away. No output of the submission is written after the first hidden input has
+been sent, so none can carry one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import math
+import os
+import re
+import signal
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from nbgrader import utils
+
+from . import outputs as outputs_
+from .analysis import BUILTINS, Names, analyse
+from .mirror import Mirror, import_for_test
+from .remote import GraderError, is_remote
+from .session import REASONS, Ended, Session
+from .worker.shell import fresh_namespace, make_shell, run_cell
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator
+
+    from nbformat import NotebookNode
+
+    from .sandbox import Sandbox
+    from .worker.limits import Limits
+
+REVIEW = "needs_review"
+_HIDDEN = re.compile(r"^[ \t]*#+ BEGIN HIDDEN TESTS.*?^[ \t]*#+ END HIDDEN TESTS[^\n]*$", re.MULTILINE | re.DOTALL)
+
+
+@dataclass
+class Cell:
+    """A code cell with what is known of it before it runs.
+
+    Attributes
+    ----------
+    node : NotebookNode
+        The cell itself; its outputs are filled in.
+    role : {"test", "given", "answer", "plain"}
+        A test cell; a locked cell of the instructor's; a cell the release gives to the student; any other.
+    names : Names
+        The cell's own names.
+    stub : Names
+        Those of the released version of an answer cell.
+    """
+
+    node: NotebookNode
+    role: str
+    names: Names
+    stub: Names = field(default_factory=Names)
+
+
+def role_of(cell: NotebookNode) -> str:
+    """Return the role of a code cell; see :class:`Cell`."""
+    if utils.is_solution(cell):
+        return "answer"
+    if utils.is_grade(cell):
+        return "test"
+    return "given" if utils.is_locked(cell) else "plain"
+
+
+def visible_part(source: str) -> str:
+    """Return a test cell's source without its hidden tests.
+
+    Examples
+    --------
+    >>> visible_part("n = 1\\n### BEGIN HIDDEN TESTS\\nassert n\\n### END HIDDEN TESTS")
+    'n = 1\\n'
+    """
+    return _HIDDEN.sub("", source)
+
+
+def has_hidden_part(source: str) -> bool:
+    """Return whether a test cell has hidden tests."""
+    return visible_part(source) != source
+
+
+class Execution:
+    """One notebook's execution.
+
+    Parameters
+    ----------
+    notebook : NotebookNode
+        Restored: its locked cells are the instructor's. Its outputs are filled in.
+    release : dict of str to str
+        Released source by grade id: what students were given.
+    sandbox : Sandbox
+        Where the submission runs.
+    limits : Limits
+        What it may use.
+    files : dict of str to tuple of (bytes, int)
+        The notebook's folder.
+    """
+
+    def __init__(
+        self,
+        notebook: NotebookNode,
+        release: dict[str, str],
+        sandbox: Sandbox,
+        limits: Limits,
+        files: dict[str, tuple[bytes, int]],
+    ) -> None:
+        self.limits = limits
+        self.cells = [
+            Cell(node, role_of(node), analyse(node.source), analyse(release.get(_grade_id(node), "")))
+            for node in notebook.cells
+            if node.cell_type == "code"
+        ]
+        self.session = Session(sandbox, limits, files)
+        self.shell = make_shell("__test__")
+        self.namespace = fresh_namespace(self.shell, "__test__")
+        self.given_run: set[int] = set()
+        stubs = [cell.stub for cell in self.cells if cell.role == "answer"]
+        given = [cell.names for cell in self.cells if cell.role == "given"]
+        shared = frozenset().union(*(names.stores - set(names.imports) for names in [*stubs, *given]))
+        self.mirror = Mirror(self.session, self.namespace, shared)
+
+    def run(self) -> None:
+        """Run all cells and close the session."""
+        try:
+            with _alarm(self.limits.wall(self.limits.notebook_cpu) * 2):
+                self.run_submission()
+                for index, cell in enumerate(self.cells):
+                    if cell.role == "test":
+                        self.run_test(index, cell)
+        finally:
+            self.session.close()
+
+    # the submission
+
+    def run_submission(self) -> None:
+        """Run the cells of the submission, and keep the state before each test cell."""
+        count = 0
+        for index, cell in enumerate(self.cells):
+            cell.node.execution_count = count = count + 1
+            if cell.role == "test":
+                self.session.mark(index)
+                if self.is_needed_later(index):
+                    self.session.cell(visible_part(cell.node.source))
+                continue
+            result = self.session.cell(cell.node.source)
+            cell.node.outputs = outputs_.clean(result.outputs)
+            for output in cell.node.outputs:
+                if output.output_type == "execute_result":
+                    output.execution_count = count
+            if result.ended:
+                text = f"this cell was stopped: {REASONS[result.ended]}; the next cell went on from the state before it"
+                cell.node.outputs.append(outputs_.error("CellStopped", text))
+
+    def is_needed_later(self, index: int) -> bool:
+        """Return whether a later cell of the submission reads a name that only this test cell binds."""
+        bound = self.cells[index].names.stores
+        before = frozenset().union(*(c.names.stores for c in self.cells[:index] if c.role != "test"))
+        later = frozenset().union(*(c.names.loads for c in self.cells[index + 1 :] if c.role != "test"))
+        return bool((bound - before) & later)
+
+    # the tests
+
+    def run_test(self, index: int, cell: Cell) -> None:
+        """Run one test cell here, its calls of the submission's functions in a fork of its state."""
+        self.mirror.enter(index)
+        before = dict(self.namespace)
+        try:
+            students = self.prepare(index, cell.names.loads | cell.names.deletes)
+            self.mirror.bind(sorted(students))
+            found, _ = run_cell(self.shell, cell.node.source)
+            found = [o for o in found if o["output_type"] != "stream" or o["name"] == "stdout"]
+            cell.node.outputs = [outputs_.new_output(**_for_notebook(output)) for output in found]
+        except Ended as ended:
+            cell.node.outputs = [outputs_.error("SubmissionStopped", str(ended))]
+        except GraderError as error:
+            self.mirror.fault = self.mirror.fault or str(error)
+        finally:
+            with contextlib.suppress(Ended):
+                self.session.end()
+        self.forget(before)
+        self.judge(index, cell)
+
+    def judge(self, index: int, cell: Cell) -> None:
+        """Flag the cell where the grader cannot stand for its verdict."""
+        failed = any(output.output_type == "error" for output in cell.node.outputs)
+        fault = self.mirror.fault or _bad_score(cell.node)
+        if not fault and failed and (names := self.redefined(index, cell)):
+            fault = f"the submission gives {', '.join(names)} another value than the given cell, which the test used"
+        if fault:
+            cell.node.metadata[REVIEW] = fault
+            cell.node.outputs = [outputs_.error("GraderError", f"a person will look at this cell: {fault}")]
+
+    def redefined(self, index: int, cell: Cell) -> list[str]:
+        """Return given data that the test reads and the submission assigns anew."""
+        given = {name for i in self.given_run if i < index for name in self.cells[i].names.stores}
+        own = frozenset().union(*(c.names.stores for c in self.cells[:index] if c.role in ("plain", "answer")))
+        return sorted(name for name in given & own & cell.names.loads if not callable(self.namespace.get(name)))
+
+    def prepare(self, index: int, wanted: frozenset[str]) -> set[str]:
+        """Run the given cells that a test cell needs; return the names that are the student's."""
+        students: set[str] = set()
+        seen: set[str] = set()
+        waiting = sorted(wanted)
+        needed: list[int] = []
+        while waiting:
+            name = waiting.pop()
+            if name in seen:
+                continue
+            seen.add(name)
+            origin = self.origin(name, index)
+            if origin is None:
+                if name not in BUILTINS and name not in self.namespace:
+                    students.add(name)
+            elif self.cells[origin].role == "given":
+                if origin not in self.given_run and origin not in needed:
+                    needed.append(origin)
+                    waiting += sorted(self.cells[origin].names.loads)
+            elif name in self.cells[origin].stub.imports:
+                self.import_released(name, *self.cells[origin].stub.imports[name])
+            else:
+                students.add(name)
+        for origin in sorted(needed):
+            self.run_given(origin, students)
+        return students
+
+    def origin(self, name: str, index: int) -> int | None:
+        """Return the last cell of the release before a test cell that binds a name."""
+        for i in range(index - 1, -1, -1):
+            cell = self.cells[i]
+            if (cell.role == "given" and name in cell.names.stores) or (
+                cell.role == "answer" and name in cell.stub.stores
+            ):
+                return i
+        return None
+
+    def run_given(self, index: int, students: set[str]) -> None:
+        """Run a given cell here too. Where it needs what stays in the sandbox, take its names from there."""
+        cell = self.cells[index]
+        self.mirror.bind(sorted(students & cell.names.loads))
+        run_cell(self.shell, cell.node.source)
+        self.given_run.add(index)
+        if self.mirror.fault:
+            self.mirror.fault = ""
+            names = sorted(cell.names.stores)
+            self.mirror.bind(names)
+            for name in names:
+                if is_remote(self.namespace.get(name)):
+                    del self.namespace[name]
+
+    def import_released(self, name: str, module: str, attribute: str | None) -> None:
+        """Do here what an import statement of the release does."""
+        found = import_for_test(module)
+        if attribute is not None:
+            found = getattr(found, attribute, None)
+        self.namespace[name] = found
+
+    def forget(self, before: dict[str, Any]) -> None:
+        """Take the student's names out of the test cells' namespace again."""
+        for name in self.mirror.known:
+            if name in before and not is_remote(before[name]):
+                self.namespace[name] = before[name]
+            elif name in self.mirror.described or is_remote(self.namespace.get(name)):
+                self.namespace.pop(name, None)
+
+
+def _grade_id(node: NotebookNode) -> str:
+    return node.metadata.get("nbgrader", {}).get("grade_id", "")
+
+
+def _for_notebook(output: dict[str, Any]) -> dict[str, Any]:
+    """Return an output of our own as `new_output` takes it."""
+    fields = dict(output)
+    if fields["output_type"] == "execute_result":
+        fields["execution_count"] = None
+    return fields
+
+
+def _bad_score(node: NotebookNode) -> str:
+    """Say what is wrong with a test cell's result where nbgrader would give full marks for it, or stop."""
+    for output in node.outputs:
+        if output.output_type == "error":
+            return ""
+        if output.output_type == "execute_result":
+            try:
+                score = float(output.data.get("text/plain", "0"))
+            except ValueError:
+                return ""
+            points = float(node.metadata.nbgrader["points"])
+            if not 0 <= score <= points or math.isnan(score):
+                return f"the test's result {score} is not between 0 and {points}"
+            return ""
+    return ""
+
+
+@contextlib.contextmanager
+def _alarm(seconds: float) -> Iterator[None]:
+    """Stop a test that does not come to an end by itself."""
+
+    def stop(*_: object) -> None:
+        raise GraderError("the test itself did not come to an end")
+
+    try:
+        before = signal.signal(signal.SIGALRM, stop)
+    except ValueError:  # not the main thread: no alarm, the caller's own limit holds
+        yield
+        return
+    signal.setitimer(signal.ITIMER_REAL, seconds)
+    try:
+        yield
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, before)
+
+
+def read_folder(folder: str, limit: int) -> dict[str, tuple[bytes, int]]:
+    """Return the files of a submission's folder.
+
+    Parameters
+    ----------
+    folder : str
+        The folder; links are not followed.
+    limit : int
+        Most bytes together.
+
+    Returns
+    -------
+    dict of str to tuple of (bytes, int)
+        Content and mode by relative name.
+
+    Raises
+    ------
+    ValueError
+        If the files are too large together.
+    """
+    found: dict[str, tuple[bytes, int]] = {}
+    size = 0
+    for root, _, names in os.walk(folder):
+        for name in sorted(names):
+            path = os.path.join(root, name)  # noqa: PTH118  (a folder of thousands of files is read for each notebook)
+            status = os.lstat(path)
+            if not os.path.isfile(path) or os.path.islink(path):  # noqa: PTH113, PTH114
+                continue
+            size += status.st_size
+            if size > limit:
+                raise ValueError(f"the submission's files take more than {limit} bytes")
+            with open(path, "rb") as file:  # noqa: PTH123
+                found[os.path.relpath(path, folder)] = (file.read(), status.st_mode & 0o777)
+    return found

@@ -1,0 +1,106 @@
+"""What of a submission's outputs is kept: text and pictures, nothing that a browser would run."""
+
+from __future__ import annotations
+
+import base64
+import binascii
+import re
+from typing import Any
+
+import bleach
+from nbformat.v4 import new_output
+
+MAX_CHARACTERS = 4_000_000
+_TAGS = frozenset(
+    "b blockquote br caption code dd div dl dt em h1 h2 h3 h4 h5 h6 hr i kbd li ol p pre s small span strong sub sup table "
+    "tbody td tfoot th thead tr u ul var".split()
+)
+_PICTURES = {"image/png": b"\x89PNG", "image/jpeg": b"\xff\xd8\xff"}
+# Commands of TeX that reach outside mathematics in a browser.
+_TEX_REACHES_OUT = re.compile(r"[<>]|\\(href|require|class|cssId|style|unicode|include|url)\b")
+_ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
+
+
+def clean(outputs: object) -> list[Any]:
+    """Return the outputs of a cell that may be shown.
+
+    Parameters
+    ----------
+    outputs : object
+        What the worker sent: supposed to be outputs in the notebook format, believed to be nothing.
+
+    Returns
+    -------
+    list of nbformat.NotebookNode
+        Valid outputs: streams, errors, and displays of text, cleaned HTML, TeX and pictures.
+
+    Examples
+    --------
+    >>> clean([{"output_type": "display_data", "data": {"text/html": "<b onclick='f()'>3 m</b>"}}])
+    [{'output_type': 'display_data', 'metadata': {}, 'data': {'text/html': '<b>3 m</b>'}}]
+    """
+    return [kept for output in outputs if (kept := _one(output)) is not None] if type(outputs) is list else []
+
+
+def error(ename: str, evalue: str) -> Any:
+    """Return an error output.
+
+    Parameters
+    ----------
+    ename, evalue : str
+        What a notebook shows as class and text of an exception.
+
+    Returns
+    -------
+    nbformat.NotebookNode
+        The output.
+    """
+    return new_output("error", ename=ename, evalue=evalue, traceback=[f"{ename}: {evalue}"])
+
+
+def _one(output: object) -> Any:
+    if type(output) is not dict:
+        return None
+    kind = output.get("output_type")
+    if kind == "stream" and output.get("name") in ("stdout", "stderr"):
+        return new_output("stream", name=output["name"], text=_text(output.get("text")))
+    if kind == "error":
+        lines = output.get("traceback")
+        shown = [_ANSI.sub("", _text(line)) for line in lines] if type(lines) is list else []
+        return new_output("error", ename=_text(output.get("ename")), evalue=_text(output.get("evalue")), traceback=shown)
+    if kind in ("display_data", "execute_result") and type(output.get("data")) is dict:
+        data = _data(output["data"])
+        more = {"execution_count": None} if kind == "execute_result" else {}
+        return new_output(kind, data=data, **more) if data else None
+    return None
+
+
+def _data(data: dict) -> dict[str, str]:
+    kept = {}
+    for mime, value in data.items():
+        if type(value) is not str or len(value) > MAX_CHARACTERS:
+            continue
+        if mime == "text/plain":
+            kept[mime] = _text(value)
+        elif mime == "text/html":
+            kept[mime] = bleach.clean(value, tags=_TAGS, attributes={}, strip=True, strip_comments=True)
+        elif mime == "text/latex" and not _TEX_REACHES_OUT.search(value):
+            kept[mime] = value
+        elif mime in _PICTURES and _is_picture(value, _PICTURES[mime]):
+            kept[mime] = value
+    return kept
+
+
+def _is_picture(value: str, signature: bytes) -> bool:
+    try:
+        return base64.b64decode(value, validate=False).startswith(signature) and '"' not in value and "<" not in value
+    except (binascii.Error, ValueError):
+        return False
+
+
+def _text(value: object) -> str:
+    """Return text that is valid in a file: without lone surrogates and control characters."""
+    if type(value) is not str:
+        return ""
+    plain = value.encode("utf-8", "replace").decode("utf-8")
+    return "".join(c for c in plain if c in "\n\t\r\b\x1b" or ord(c) >= 32)

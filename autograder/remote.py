@@ -1,0 +1,224 @@
+"""What a test cell holds in place of a student's function.
+
+A :class:`Remote` looks like the function: calling it sends the arguments into the sandbox and brings plain data back.
+Changes which the call made to a list, dict, set, array or random generator among its arguments are made here too, as if
+it had run here. An exception comes back as the exception of that name. Anything else one could do with it - compare it,
+take its length, ask its class - would need the student's object itself, so it raises :class:`GraderError` and a person
+looks at the cell: never a silent pass, never a silent 0.
+"""
+
+from __future__ import annotations
+
+import builtins
+from typing import Any, NoReturn, Protocol
+
+from . import wire
+from .worker import symbolic
+
+
+class GraderError(BaseException):
+    """The grader cannot judge this cell; a person must.
+
+    It derives from `BaseException` so that a test's ``except Exception`` does not take it for the student's failure.
+    """
+
+
+class StudentError(Exception):
+    """The submission's code raised an exception that has no counterpart here.
+
+    Parameters
+    ----------
+    message : str
+        What happened, for a person.
+    ename, evalue : str, optional
+        Class and text of the exception.
+    line : int, optional
+        Line of the student's cell; 0 where it is not known.
+    source : str, optional
+        That line's text.
+    """
+
+    def __init__(self, message: str, ename: str = "", evalue: str = "", line: int = 0, source: str = "") -> None:
+        super().__init__(message)
+        self.ename = ename or type(self).__name__
+        self.evalue = evalue or message
+        self.line = line
+        self.source = source
+
+
+class LimitExceeded(StudentError):  # noqa: N818  (the name a reader of feedback sees)
+    """The call used up its time."""
+
+
+class ProcessDied(StudentError):  # noqa: N818
+    """The call ended its process."""
+
+
+class Border(Protocol):
+    """What a `Remote` needs of the session it belongs to."""
+
+    def call(self, remote: Remote, attribute: str, args: tuple, kwargs: dict) -> Any:
+        """Call the object or a method of it."""
+
+    def get_attribute(self, remote: Remote, attribute: str) -> Any:
+        """Return an attribute."""
+
+    def evaluate(self, remote: Remote, values: dict[str, float]) -> Any:
+        """Evaluate a symbolic expression."""
+
+    def refuse(self, reason: str) -> NoReturn:
+        """Record that the cell cannot be judged and raise GraderError."""
+
+
+def _refusing(operation: str) -> Any:
+    def method(self: Remote, *_: object) -> NoReturn:
+        border, ref = parts(self)[:2]
+        border.refuse(
+            f"the test uses {operation} on an object of type {ref.type_name}, which stays in the sandbox"
+        )
+
+    method.__name__ = operation
+    return method
+
+
+class Remote:
+    """An object of the submission's that stays in the sandbox.
+
+    Parameters
+    ----------
+    border : Border
+        The session it belongs to.
+    ref : wire.Ref
+        Its number and type.
+    name : str, optional
+        The global name it was found under; it is looked up again where its process was ended.
+    process : object, optional
+        Stands for the process in which the number is valid.
+    """
+
+    __slots__ = ("_parts",)
+
+    def __init__(self, border: Border, ref: wire.Ref, name: str = "", process: object = None) -> None:
+        object.__setattr__(self, "_parts", (border, ref, name, process))
+
+    def __call__(self, *args: Any, **kwargs: Any) -> Any:
+        """Call the student's function with copies of the arguments."""
+        return parts(self)[0].call(self, "", args, kwargs)
+
+    def __getattr__(self, attribute: str) -> Any:
+        """Return an attribute of the student's object: plain data, or another `Remote`."""
+        if attribute == "__name__":
+            border, _, name, _ = parts(self)
+            if name:
+                return name
+        if attribute.startswith("__") or attribute in {"_repr_mimebundle_", "_ipython_display_"}:
+            raise AttributeError(attribute)
+        return parts(self)[0].get_attribute(self, attribute)
+
+    def __repr__(self) -> str:
+        """Name it without asking it."""
+        _, ref, name, _ = parts(self)
+        return f"<{name or ref.type_name} of the submission>"
+
+    def __setattr__(self, attribute: str, value: object) -> NoReturn:
+        _refusing("attribute assignment")(self)
+
+    @property
+    def __class__(self) -> type:
+        """Refuse `isinstance`: its answer would be False whatever the object is."""
+        return _refusing("isinstance or __class__")(self)
+
+    __hash__ = object.__hash__
+
+
+for _operation in (
+    "eq ne lt le gt ge bool len iter next getitem setitem delitem contains float int complex index round abs neg pos "
+    "invert add radd sub rsub mul rmul truediv rtruediv floordiv rfloordiv mod rmod pow rpow matmul rmatmul and rand or "
+    "ror xor rxor lshift rlshift rshift rrshift divmod rdivmod enter exit await array reduce_ex delattr"
+).split():
+    setattr(Remote, f"__{_operation}__", _refusing(f"__{_operation}__"))
+Remote.__hash__ = object.__hash__  # type: ignore[method-assign]
+
+
+def parts(remote: Remote) -> tuple[Border, wire.Ref, str, object]:
+    """Return border, reference, global name and process of a `Remote`."""
+    return object.__getattribute__(remote, "_parts")
+
+
+def is_remote(value: object) -> bool:
+    """Return whether a value is an object that stays in the sandbox (`isinstance` refuses to say)."""
+    return type(value) is Remote
+
+
+def type_name(value: object) -> str:
+    """Return the name of a value's class, also of one that stays in the sandbox.
+
+    Examples
+    --------
+    >>> type_name(1.0)
+    'float'
+    """
+    return parts(value)[1].type_name if is_remote(value) else type(value).__name__
+
+
+def evaluate(target: Any, values: dict[str, float]) -> Any:
+    """Evaluate a symbolic answer at a point.
+
+    Parameters
+    ----------
+    target : Remote or SymPy expression or matrix
+        The student's answer: in the grader it stays in the sandbox and is evaluated there.
+    values : dict of str to float
+        A number for each symbol, by its name.
+
+    Returns
+    -------
+    float, complex or numpy.ndarray
+        Plain numbers.
+
+    Raises
+    ------
+    ValueError, TypeError, StudentError
+        If the answer contains another symbol, is not finite at the point, or is not something to evaluate.
+
+    Examples
+    --------
+    >>> import sympy as sp
+    >>> evaluate(sp.Matrix([sp.Symbol("v") * 2, 1]), {"v": 1.5}).tolist()
+    [[3.0], [1.0]]
+    """
+    if is_remote(target):
+        return parts(target)[0].evaluate(target, values)
+    return symbolic.evaluate(target, values)
+
+
+def rebuild_exception(described: list) -> Exception:
+    """Make an exception out of what the worker said of one.
+
+    Parameters
+    ----------
+    described : list
+        Module, class, nearest builtin class, text, line number and text of the submission's line.
+
+    Returns
+    -------
+    Exception
+        Of the builtin or library class where there is one, else a `StudentError`; with ``line`` and ``source``.
+    """
+    module, name, nearest, text, line, source = described
+    kind: Any = None
+    if module == "builtins" and name == nearest:
+        kind = getattr(builtins, nearest, None)
+    elif module != "builtins":
+        try:
+            kind = wire.resolve_named(module, name, loaded_only=True)
+        except wire.WireError:
+            kind = None
+    if not (isinstance(kind, type) and issubclass(kind, Exception)):
+        return StudentError(f"{name}: {text}", name, text, line, source)
+    try:
+        error = kind(text)
+    except Exception:  # noqa: BLE001  (UnicodeDecodeError and the like want more than a text)
+        return StudentError(f"{name}: {text}", name, text, line, source)
+    error.line, error.source = line, source  # type: ignore[attr-defined]
+    return error

@@ -1,0 +1,491 @@
+"""Plain data across a border that nobody has to trust.
+
+The grader and the worker exchange *frames*: four bytes of length, then one MessagePack value. Scalars travel as
+themselves; everything else as a list that starts with a tag, so that a tuple is not a list and a ``numpy.float32`` is
+not a ``float`` on the other side. Nothing here can name a class or run code when it is read: the worst a hostile frame
+can do is to raise :class:`WireError`.
+
+What crosses: ``None``, ``bool``, ``int``, ``float``, ``complex``, ``str``, ``bytes``, ``bytearray``, ``tuple``, ``list``,
+``dict``, ``set``, ``frozenset``, ``range``, ``slice``, ``Ellipsis``, numpy scalars and arrays (exact dtype, byte order,
+shape, memory order and write flag), ``numpy.random.Generator`` (bit generator and state), names of library functions,
+and :class:`Ref`, a number that stands for an object which stays where it is.
+
+The module is used on both sides of the sandbox and imports nothing but numpy and msgpack.
+"""
+
+from __future__ import annotations
+
+import importlib
+import math
+import struct
+import sys
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import msgpack
+import numpy as np
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+MAX_FRAME = 64 * 1024 * 1024
+MAX_DEPTH = 40
+MAX_ITEMS = 2_000_000
+# Roots of modules whose functions and classes may be named across the border (``np.sin`` handed to a student's solver).
+NAMED_ROOTS = frozenset({"builtins", "math", "cmath", "operator", "numpy", "scipy", "sympy"})
+# Builtins that are no business of a value: naming them would hand the reader a tool, not data.
+_UNNAMEABLE = frozenset({"eval", "exec", "compile", "open", "__import__", "input", "breakpoint", "globals", "vars"})
+_DTYPE_KINDS = frozenset("biufcSUMm")
+_BIT_GENERATORS = frozenset({"PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64"})
+
+_LIST, _TUPLE, _DICT, _SET, _FROZENSET, _INT, _COMPLEX, _ARRAY, _SCALAR, _GENERATOR, _REF, _NAMED, _RANGE, _SLICE, _DOTS, _BYTEARRAY = range(16)  # fmt: skip
+# A subclass of a builtin crosses as the builtin: its own methods are not asked. (Counter, namedtuple, IntEnum ...)
+_PLAIN_BASES: tuple[tuple[type, Any], ...] = (
+    (int, int.__int__),
+    (float, float.__float__),
+    (complex, complex.__complex__),
+    (str, lambda value: str.__getitem__(value, slice(None))),
+    (bytes, lambda value: bytes.__getitem__(value, slice(None))),
+    (list, lambda value: list(list.__iter__(value))),
+    (tuple, lambda value: tuple(tuple.__iter__(value))),
+    (dict, lambda value: dict(dict.items(value))),
+    (set, lambda value: set(set.__iter__(value))),
+    (frozenset, lambda value: frozenset(frozenset.__iter__(value))),
+)
+
+
+class WireError(ValueError):
+    """A value that cannot cross, or a frame that is not one."""
+
+
+@dataclass(frozen=True)
+class Ref:
+    """An object that stays on its side: its number there, and what to tell a person about it.
+
+    Attributes
+    ----------
+    number : int
+        Which object; the side that owns it knows.
+    type_name : str
+        Name of its class, for messages.
+    is_callable : bool
+        Whether it can be called.
+    """
+
+    number: int
+    type_name: str = "object"
+    is_callable: bool = False
+
+
+class _Budget:
+    """Counts items so that a small frame cannot unfold into a large structure."""
+
+    def __init__(self) -> None:
+        self.items = 0
+
+    def spend(self, count: int, depth: int) -> None:
+        self.items += count
+        if self.items > MAX_ITEMS:
+            raise WireError(f"more than {MAX_ITEMS} items")
+        if depth > MAX_DEPTH:
+            raise WireError(f"nested deeper than {MAX_DEPTH}")
+
+
+def encode(value: object, to_ref: Callable[[object], Ref] | None = None, *, named: bool = False) -> Any:
+    """Turn a value into what MessagePack carries.
+
+    Parameters
+    ----------
+    value : object
+        Plain data, possibly nested.
+    to_ref : callable, optional
+        Given an object that is not plain data, returns the :class:`Ref` to send instead, or raises `WireError`.
+        Without it such an object is an error.
+    named : bool, optional
+        Whether a library function (``np.sin``) may be sent by its name. The worker never does: what a submission sends
+        is data and nothing else.
+
+    Returns
+    -------
+    object
+        Scalars as themselves, everything else as tagged lists.
+
+    Raises
+    ------
+    WireError
+        If the value is not plain data, is nested too deeply (a cycle included), or is too large.
+
+    Examples
+    --------
+    A pair stays a pair, and the integer 3 stays apart from the float 3.0:
+
+    >>> decode(encode((3, 3.0)))
+    (3, 3.0)
+    >>> decode(encode([1, {"pose": (0.0, 1.0)}]))
+    [1, {'pose': (0.0, 1.0)}]
+    """
+    return _encode(value, to_ref, _Budget(), 0, named=named)
+
+
+def _encode(value: object, to_ref: Callable | None, budget: _Budget, depth: int, *, named: bool) -> Any:  # noqa: C901, PLR0911, PLR0912
+    budget.spend(1, depth)
+    kind = type(value)
+
+    def inner(item: object) -> Any:
+        return _encode(item, to_ref, budget, depth + 1, named=named)
+
+    if value is None or kind is bool or kind is float:
+        return value
+    if kind is int:
+        return value if -(2**63) <= value < 2**63 else [_INT, _big_int(value)]
+    if kind is str or kind is bytes:
+        budget.spend(len(value) // 64, depth)
+        return value
+    if kind is np.ndarray:
+        return _encode_array(value, to_ref)
+    if kind in (list, tuple, set, frozenset):
+        tag = {list: _LIST, tuple: _TUPLE, set: _SET, frozenset: _FROZENSET}[kind]
+        return [tag, *(inner(item) for item in value)]
+    if kind is dict:
+        flat = [inner(item) for pair in value.items() for item in pair]
+        return [_DICT, *flat]
+    if kind is complex:
+        return [_COMPLEX, value.real, value.imag]
+    if kind is Ref:
+        return [_REF, value.number, value.type_name[:200], value.is_callable]
+    if issubclass(kind, np.generic) and kind.__module__ == "numpy" and value.dtype.kind in _DTYPE_KINDS:
+        return [_SCALAR, value.dtype.str, value.tobytes()]
+    if kind is np.random.Generator:
+        return _encode_generator(value, to_ref, budget, depth)
+    if kind is range or kind is slice:
+        parts = (value.start, value.stop, value.step)
+        return [_RANGE if kind is range else _SLICE, *(inner(part) for part in parts)]
+    if value is Ellipsis:
+        return [_DOTS]
+    if kind is bytearray:
+        return [_BYTEARRAY, bytes(value)]
+    if named and (name := _name_of(value)) is not None:
+        return [_NAMED, *name]
+    for base, plain in _PLAIN_BASES:
+        if issubclass(kind, base):
+            return _encode(plain(value), to_ref, budget, depth, named=named)
+    return _as_ref(value, to_ref)
+
+
+def _as_ref(value: object, to_ref: Callable | None) -> list:
+    if to_ref is None:
+        raise WireError(f"an object of type {type(value).__name__} is not plain data")
+    ref = to_ref(value)
+    return [_REF, ref.number, ref.type_name[:200], ref.is_callable]
+
+
+def _big_int(value: int) -> str:
+    if value.bit_length() > 100_000:
+        raise WireError("an integer of more than 100000 bits")
+    return hex(value)
+
+
+def _encode_array(value: np.ndarray, to_ref: Callable | None) -> list:
+    if value.dtype.kind not in _DTYPE_KINDS:
+        return _as_ref(value, to_ref)
+    if value.nbytes > MAX_FRAME // 2:
+        raise WireError(f"an array of {value.nbytes} bytes")
+    order = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
+    return [_ARRAY, value.dtype.str, list(value.shape), order, value.flags.writeable, value.tobytes(order)]
+
+
+def _encode_generator(value: np.random.Generator, to_ref: Callable | None, budget: _Budget, depth: int) -> list:
+    name = type(value.bit_generator).__name__
+    if name not in _BIT_GENERATORS:
+        return _as_ref(value, to_ref)
+    return [_GENERATOR, name, _encode(value.bit_generator.state, None, budget, depth + 1, named=False)]
+
+
+def _name_of(value: object) -> tuple[str, str] | None:
+    """Return module and name of a library function or class, None for anything else."""
+    if not callable(value):
+        return None
+    name = getattr(value, "__name__", None)
+    module = getattr(value, "__module__", None) or ("numpy" if type(value) is np.ufunc else None)
+    if type(name) is not str or type(module) is not str or module.partition(".")[0] not in NAMED_ROOTS:
+        return None
+    try:
+        found = resolve_named(module, name)
+    except WireError:
+        return None
+    return (module, name) if found is value else None
+
+
+def resolve_named(module: str, name: str, *, loaded_only: bool = False) -> Any:
+    """Return the library function or class of that name.
+
+    Parameters
+    ----------
+    module, name : str
+        Where it is defined, for example ``"math"`` and ``"sin"``.
+    loaded_only : bool, optional
+        Whether only modules that are imported already are looked into: a submission must not choose what is imported.
+
+    Returns
+    -------
+    callable
+        The object itself.
+
+    Raises
+    ------
+    WireError
+        If the module is not one of the known libraries, or has no such function.
+
+    Examples
+    --------
+    >>> resolve_named("math", "hypot")(3.0, 4.0)
+    5.0
+    """
+    if type(module) is not str or type(name) is not str or module.partition(".")[0] not in NAMED_ROOTS:
+        raise WireError("a name outside the known libraries")
+    if (module == "builtins" and name in _UNNAMEABLE) or name.startswith("_"):
+        raise WireError(f"{name} may not be named")
+    try:
+        found = getattr(sys.modules[module] if loaded_only else importlib.import_module(module), name)
+    except (ImportError, AttributeError, ValueError, KeyError) as error:
+        raise WireError(f"no {name} in {module}") from error
+    if not callable(found):
+        raise WireError(f"{module}.{name} is not a function")
+    return found
+
+
+def decode(data: object, from_ref: Callable[[Ref], Any] | None = None, *, allow_named: bool = False) -> Any:
+    """Turn what MessagePack carried back into a value; the inverse of :func:`encode`.
+
+    Parameters
+    ----------
+    data : object
+        What :func:`encode` made, or anything at all.
+    from_ref : callable, optional
+        Turns a :class:`Ref` into what stands for it on this side. Without it a reference stays a `Ref`.
+    allow_named : bool, optional
+        Whether a library function named in the data is looked up. The grader reads the worker with False: what a
+        submission sends is then data and nothing else.
+
+    Returns
+    -------
+    object
+        The value.
+
+    Raises
+    ------
+    WireError
+        If the data is anything but the output of :func:`encode`.
+    """
+    try:
+        return _decode(data, from_ref, _Budget(), 0, allow_named=allow_named)
+    except WireError:
+        raise
+    except (TypeError, ValueError, OverflowError, KeyError, IndexError, AttributeError, MemoryError) as error:
+        raise WireError(f"malformed value: {error}") from error
+
+
+def _decode(data: object, from_ref: Callable | None, budget: _Budget, depth: int, *, allow_named: bool) -> Any:  # noqa: C901, PLR0911, PLR0912
+    budget.spend(1, depth)
+    if data is None or type(data) in (bool, int, float, str, bytes):
+        return data
+    if type(data) is not list or not data or type(data[0]) is not int:
+        raise WireError("an item without a tag")
+
+    def inner(item: object) -> Any:
+        return _decode(item, from_ref, budget, depth + 1, allow_named=allow_named)
+
+    tag, *rest = data
+    if tag == _LIST:
+        return [inner(item) for item in rest]
+    if tag == _TUPLE:
+        return tuple(inner(item) for item in rest)
+    if tag in (_SET, _FROZENSET):
+        return (set if tag == _SET else frozenset)(_hashable(inner(item)) for item in rest)
+    if tag == _DICT:
+        if len(rest) % 2:
+            raise WireError("a dict with half a pair")
+        return {_hashable(inner(k)): inner(v) for k, v in zip(rest[::2], rest[1::2], strict=True)}
+    if tag == _INT:
+        return _decode_int(*rest)
+    if tag == _COMPLEX:
+        return complex(*_exact(rest, float, float))
+    if tag == _ARRAY:
+        return _decode_array(*rest)
+    if tag == _SCALAR:
+        dtype, raw = _exact(rest, str, bytes)
+        return np.frombuffer(raw, dtype=_dtype(dtype), count=1)[0]
+    if tag == _GENERATOR:
+        return _decode_generator(rest[0], inner(rest[1]))
+    if tag == _REF:
+        ref = Ref(*_exact(rest, int, str, bool))
+        return ref if from_ref is None else from_ref(ref)
+    if tag == _NAMED and allow_named:
+        return resolve_named(*_exact(rest, str, str))
+    if tag == _RANGE:
+        return range(*_exact([inner(item) for item in rest], int, int, int))
+    if tag == _SLICE and len(rest) == 3:
+        return slice(*(inner(item) for item in rest))
+    if tag == _DOTS:
+        return Ellipsis
+    if tag == _BYTEARRAY:
+        return bytearray(*_exact(rest, bytes))
+    raise WireError(f"unknown tag {tag}")
+
+
+def _exact(items: list, *types: type) -> list:
+    if len(items) != len(types) or any(type(item) is not kind for item, kind in zip(items, types, strict=True)):
+        raise WireError("a field of the wrong type")
+    return items
+
+
+def _hashable(value: object) -> Any:
+    if isinstance(value, (list, dict, set, bytearray, np.ndarray, np.random.Generator, slice)):
+        raise WireError("an unhashable key")
+    hash(value)
+    return value
+
+
+def _decode_int(text: str) -> int:
+    if type(text) is not str or len(text) > 30_000:
+        raise WireError("an integer too long")
+    return int(text, 16)
+
+
+def _dtype(text: str) -> np.dtype:
+    if len(text) > 32:
+        raise WireError("a dtype too long")
+    dtype = np.dtype(text)
+    if dtype.kind not in _DTYPE_KINDS or dtype.itemsize == 0 or dtype.subdtype is not None:
+        raise WireError(f"an array of dtype {text}")
+    return dtype
+
+
+def _decode_array(text: str, shape: list, order: str, writeable: bool, raw: bytes) -> np.ndarray:
+    _exact([text, shape, order, writeable, raw], str, list, str, bool, bytes)
+    if len(shape) > 32 or any(type(n) is not int or n < 0 for n in shape) or order not in ("C", "F"):
+        raise WireError("an array of impossible shape")
+    dtype = _dtype(text)
+    if math.prod(shape) * dtype.itemsize != len(raw):
+        raise WireError("an array whose bytes do not fit its shape")
+    array = np.frombuffer(raw, dtype).reshape(shape, order=order).copy(order) if raw else np.empty(shape, dtype, order)
+    array.flags.writeable = writeable
+    return array
+
+
+def _decode_generator(name: str, state: dict) -> np.random.Generator:
+    if name not in _BIT_GENERATORS or type(state) is not dict or state.get("bit_generator") != name:
+        raise WireError("a random generator of an unknown kind")
+    bit_generator = getattr(np.random, name)(0)
+    bit_generator.state = state
+    return np.random.Generator(bit_generator)
+
+
+def pack(message: object) -> bytes:
+    """Return one frame: the length in four bytes and the message.
+
+    Parameters
+    ----------
+    message : object
+        What MessagePack carries: scalars, lists, dicts with text keys.
+
+    Returns
+    -------
+    bytes
+        The frame.
+
+    Raises
+    ------
+    WireError
+        If the message is larger than `MAX_FRAME` or is not for MessagePack.
+    """
+    try:
+        body = msgpack.packb(message, use_bin_type=True, unicode_errors="surrogatepass")
+    except (TypeError, ValueError, OverflowError, RecursionError) as error:
+        raise WireError(f"cannot be sent: {error}") from error
+    return frame(body)
+
+
+def frame(body: bytes) -> bytes:
+    """Return a packed message with its length in front.
+
+    Parameters
+    ----------
+    body : bytes
+        A packed message.
+
+    Returns
+    -------
+    bytes
+        The frame.
+
+    Raises
+    ------
+    WireError
+        If it is larger than `MAX_FRAME`.
+    """
+    if len(body) > MAX_FRAME:
+        raise WireError(f"{len(body)} bytes are more than {MAX_FRAME}")
+    return struct.pack(">I", len(body)) + body
+
+
+def unpack(body: bytes) -> Any:
+    """Return the message of one frame's body.
+
+    Parameters
+    ----------
+    body : bytes
+        What followed the length.
+
+    Returns
+    -------
+    object
+        Scalars, lists, dicts with text keys.
+
+    Raises
+    ------
+    WireError
+        If it is not exactly one MessagePack value of allowed size.
+    """
+    try:
+        return msgpack.unpackb(
+            body, raw=False, strict_map_key=True, use_list=True, unicode_errors="surrogatepass",
+            ext_hook=_no_extension, max_array_len=MAX_ITEMS, max_map_len=MAX_ITEMS,
+        )  # fmt: skip
+    except WireError:
+        raise
+    except (ValueError, TypeError, OverflowError, RecursionError, MemoryError, msgpack.UnpackException) as error:
+        raise WireError(f"not a frame: {type(error).__name__}") from error
+
+
+def _no_extension(code: int, data: bytes) -> None:  # noqa: ARG001
+    raise WireError("an extension type")
+
+
+def frame_length(header: bytes) -> int:
+    """Return the body's length from a frame's first four bytes.
+
+    Parameters
+    ----------
+    header : bytes
+        Exactly four bytes.
+
+    Returns
+    -------
+    int
+        How many bytes follow.
+
+    Raises
+    ------
+    WireError
+        If they announce more than `MAX_FRAME`.
+
+    Examples
+    --------
+    >>> frame_length(pack([1, 2])[:4])
+    3
+    """
+    (length,) = struct.unpack(">I", header)
+    if length > MAX_FRAME:
+        raise WireError(f"a frame of {length} bytes is announced; at most {MAX_FRAME}")
+    return length

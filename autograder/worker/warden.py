@@ -1,0 +1,290 @@
+"""The first process of one notebook's pid namespace: forks states, routes requests, keeps time, and never runs a line
+of the submission.
+
+It keeps a stack of *states*, processes that wait. A cell runs in a fork of the newest one; where it ends well its fork
+becomes the newest, where it dies or overruns it is ended and the state before it stands. A *mark* keeps a state for a
+test cell; the test cell's calls go to a fork of the mark which is ended afterwards.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import shutil
+import signal
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from .. import wire
+from . import limits as limits_
+from . import state as state_
+from .channel import Channel, Closed, pair
+
+if TYPE_CHECKING:
+    from .limits import Limits
+    from .shell import NotebookShell
+
+TICK = 0.05
+FORK_TIMEOUT = 20.0
+SNAPSHOT_BYTES = 64 * 1024**2
+
+
+class Ended(Exception):  # noqa: N818
+    """A state process did not answer; `reason` says why: ``died``, ``cpu``, ``wall``, ``cell`` or
+    ``notebook`` (their time is used up), ``protocol`` or ``lost`` (the state before it is gone)."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+@dataclass
+class Holder:
+    """A state process and the channel to it."""
+
+    pid: int
+    channel: Channel
+
+    def end(self) -> None:
+        """Kill the process and its group."""
+        self.channel.close()
+        for kill in (os.killpg, os.kill):
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                kill(self.pid, signal.SIGKILL)
+
+
+class Warden:
+    """Serves the grader's requests for one notebook.
+
+    Parameters
+    ----------
+    grader : Channel
+        To the grader; when it closes, everything here ends.
+    shell : NotebookShell
+        A shell in which nothing has run.
+    limits : Limits
+        Bounds of the notebook.
+    home : pathlib.Path
+        The folder of the notebook.
+    """
+
+    def __init__(self, grader: Channel, shell: NotebookShell, limits: Limits, home: Path) -> None:
+        self.grader = grader
+        self.limits = limits
+        self.home = home
+        self.left = limits.notebook_cpu
+        self.top = self.first(shell)
+        self.marks: dict[int, Holder] = {}
+        self.files: dict[int, dict[str, tuple[int, bytes | str | None]] | None] = {}
+        self.scratch: Holder | None = None
+        self.scratch_left = 0.0
+
+    def first(self, shell: NotebookShell) -> Holder:
+        """Start the state that every other one descends from."""
+        ours, theirs = pair()
+        pid = os.fork()
+        if pid == 0:
+            self.grader.close()
+            ours.close()
+            limits_.apply(self.limits)
+            state_.start(shell, theirs.sock.detach())
+        theirs.close()
+        return Holder(pid, ours)
+
+    def serve(self) -> None:
+        """Answer the grader until it closes the channel."""
+        while True:
+            try:
+                request = self.grader.receive()
+            except Closed:
+                return
+            try:
+                answer = getattr(self, f"do_{request[0]}")(*request[1:])
+            except Ended as ended:
+                answer = ["ended", ended.reason, self.left]
+            except OSError as error:
+                answer = ["ended", f"died: {error.strerror}", self.left]
+            self.grader.send_frame(answer if isinstance(answer, bytes) else wire.pack(answer))
+
+    def fork(self, holder: Holder) -> Holder:
+        """Fork a state; the old one waits on."""
+        ours, theirs = pair()
+        try:
+            holder.channel.send(["fork"], FORK_TIMEOUT)
+            holder.channel.send_descriptor(theirs.fileno())
+            reply = holder.channel.receive(FORK_TIMEOUT)
+            if type(reply) is not list or len(reply) != 2 or reply[0] != "forked" or type(reply[1]) is not int:
+                raise Ended("lost")
+        except (Closed, TimeoutError, wire.WireError) as error:
+            ours.close()
+            raise Ended("lost") from error
+        finally:
+            theirs.close()
+        if reply[1] <= 1:
+            raise Ended("lost")
+        return Holder(reply[1], ours)
+
+    def ask(self, holder: Holder, request: bytes, cpu: float) -> bytes:
+        """Send a packed request to a state and wait for its answer within limits."""
+        cpu = min(cpu, self.left)
+        wall = self.limits.wall(cpu)
+        deadline = time.monotonic() + wall
+        began = limits_.process_cpu(holder.pid) or 0.0
+        try:
+            holder.channel.send_frame(request, wall)
+            return self.wait(holder, began + cpu, deadline)
+        except TimeoutError:
+            raise Ended("wall") from None
+        except Closed:
+            raise Ended("died") from None
+        except wire.WireError:
+            raise Ended("protocol") from None
+        finally:
+            self.left -= max(0.0, (limits_.process_cpu(holder.pid) or began) - began)
+
+    def wait(self, holder: Holder, cpu_end: float, deadline: float) -> bytes:
+        """Return the body of the next frame, or raise when a clock runs out."""
+        import select  # noqa: PLC0415
+
+        poll = select.poll()
+        poll.register(holder.channel.fileno(), select.POLLIN)
+        while True:
+            if poll.poll(TICK * 1000):
+                return holder.channel.receive_frame(max(TICK, deadline - time.monotonic()))
+            used = limits_.process_cpu(holder.pid)
+            if used is not None and used > cpu_end:
+                raise Ended("cpu")
+            if time.monotonic() > deadline:
+                raise Ended("wall")
+            self.reap()
+
+    def reap(self) -> None:
+        """Collect orphans: the parent of last resort in this namespace is this process."""
+        with contextlib.suppress(ChildProcessError):
+            while os.waitpid(-1, os.WNOHANG)[0]:
+                pass
+
+    # requests of the grader
+
+    def do_files(self, name: str, content: bytes, mode: int) -> list:
+        """Put a file into the notebook's folder."""
+        path = (self.home / name).resolve()
+        if not path.is_relative_to(self.home):
+            return ["ended", "outside the folder", self.left]
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_bytes(content)
+        path.chmod(mode & 0o777 | 0o600)
+        return ["done", self.left]
+
+    def do_cell(self, source: str) -> bytes | list:
+        """Run a cell in a fork of the newest state; the fork becomes the newest state if it lives."""
+        if self.left <= 0:
+            raise Ended("notebook")
+        child = self.fork(self.top)
+        try:
+            body = self.ask(child, wire.pack(["cell", source]), self.limits.cell_cpu)
+        except Ended:
+            child.end()
+            raise
+        if self.top not in self.marks.values():
+            self.top.channel.close()
+        self.top = child
+        return self.answer(body)
+
+    def answer(self, body: bytes) -> bytes:
+        """Wrap what a state said, unread: the grader checks it."""
+        return wire.pack(["answer", body, self.left])
+
+    def do_mark(self, number: int) -> list:
+        """Keep the newest state, and the files as they are, for a test cell."""
+        self.marks[number] = self.top
+        self.files[number] = snapshot(self.home)
+        return ["done", self.left]
+
+    def do_begin(self, number: int) -> list:
+        """Start a test cell at a mark."""
+        self.end_scratch()
+        restore(self.home, self.files[number])
+        self.scratch_left = self.limits.cell_cpu
+        self.scratch = self.fork(self.marks[number])
+        return ["done", self.left]
+
+    def do_again(self, number: int) -> list:
+        """Fork the mark once more, in the same test cell: its process has died."""
+        left = self.scratch_left
+        try:
+            return self.do_begin(number)
+        finally:
+            self.scratch_left = left
+
+    def do_ask(self, request: bytes) -> bytes:
+        """Hand a request of a test cell to its fork."""
+        if self.scratch is None:
+            raise Ended("died")
+        cpu = min(self.limits.call_cpu, self.scratch_left)
+        if cpu <= 0 or self.left <= 0:
+            raise Ended("cell" if self.left > 0 else "notebook")
+        before = self.left
+        try:
+            return self.answer(self.ask(self.scratch, wire.frame(request), cpu))
+        except Ended:
+            self.end_scratch()
+            raise
+        finally:
+            self.scratch_left -= before - self.left
+
+    def do_end(self) -> list:
+        """End the test cell's fork."""
+        self.end_scratch()
+        return ["done", self.left]
+
+    def end_scratch(self) -> None:
+        """Kill the fork of a test cell, if there is one."""
+        if self.scratch is not None:
+            self.scratch.end()
+            self.scratch = None
+        self.reap()
+
+
+def snapshot(folder: Path) -> dict[str, tuple[int, Any]] | None:
+    """Return the files below a folder by relative name, None if they are too many to keep."""
+    found: dict[str, tuple[int, Any]] = {}
+    size = 0
+    for root, folders, names in os.walk(folder):
+        for name in [*folders, *names]:
+            path = Path(root, name)
+            status = path.lstat()
+            mode = status.st_mode & 0o777
+            key = str(path.relative_to(folder))
+            if path.is_symlink():
+                found[key] = (-1, str(path.readlink()))
+            elif path.is_dir():
+                found[key] = (mode, None)
+            elif path.is_file():
+                size += status.st_size
+                if size > SNAPSHOT_BYTES:
+                    return None
+                found[key] = (mode, path.read_bytes())
+    return found
+
+
+def restore(folder: Path, files: dict[str, tuple[int, Any]] | None) -> None:
+    """Bring a folder back to a snapshot."""
+    if files is None:
+        return
+    for path in folder.iterdir():
+        if path.is_dir() and not path.is_symlink():
+            shutil.rmtree(path, ignore_errors=True)
+        else:
+            path.unlink(missing_ok=True)
+    for name, (mode, content) in files.items():
+        path = folder / name
+        if mode == -1:
+            path.symlink_to(content)
+        elif content is None:
+            path.mkdir(parents=True, exist_ok=True)
+        else:
+            path.write_bytes(content)
+            path.chmod(mode)
