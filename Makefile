@@ -12,12 +12,15 @@ setup: ## the environment and vendor files alone (every other target calls it)
 	@tools/setup.sh
 
 course: setup ## book, student notebooks, a sample class graded in the sandbox, feedback, grades.csv
+	python tools/notebooks.py
 	$(BUILD_BOOK)
-	python tools/build_notebooks.py
 	python tools/course.py
 
 test: lint ## everything CI runs
-	python tools/build_notebooks.py --check
+	rm -rf build/fresh
+	python tools/notebooks.py --source build/fresh/source --output build/fresh/notebooks
+	diff -r -x .ipynb_checkpoints notebooks build/fresh/notebooks || \
+	  { echo 'notebooks/ is not what solutions/ gives: run make notebooks and commit'; exit 1; }
 	$(BUILD_BOOK)
 	pytest -n 2
 	python tools/course.py
@@ -30,7 +33,7 @@ book: setup ## the web book, _build/html/index.html
 	$(BUILD_BOOK)
 
 notebooks: setup ## the student notebooks, notebooks/, from solutions/
-	python tools/build_notebooks.py
+	python tools/notebooks.py
 
 bench: setup ## every speed claim, as a ratio against a named baseline
 	python -m benchmarks
