@@ -140,7 +140,7 @@ def measurement_update(
     try:
         K = np.linalg.solve(S, HSigma).T
     except np.linalg.LinAlgError as error:
-        raise ValueError("Q: expected H Sigma H^T + Q positive definite, got a singular matrix") from error
+        raise ValueError("Q: expected H Sigma H^T + Q positive definite, got it singular") from error
     A = np.eye(n) - K @ H
     return x + K @ z, _symmetric(A @ Sigma @ A.T + K @ Q @ K.T)
 

@@ -96,11 +96,12 @@ def compute_dynamics(xvec: ArrayLike, u: ArrayLike, dt: float) -> tuple[np.ndarr
 
 
 def _chord_derivative(h: float, s: float) -> float:
-    """Return the derivative of s(h) = sin(h) / h; its Taylor series (six terms) where h is below 1/2."""
+    """Return the derivative of s(h) = sin(h) / h; its Taylor series (seven terms) where h is below 1/2."""
     h2 = h * h
     if h2 > _SERIES_H2:
         return (cos(h) - s) / h
-    series = h2 / 518918400 - 1 / 3991680
+    series = 1 / 518918400 - h2 / 93405312000
+    series = series * h2 - 1 / 3991680
     series = series * h2 + 1 / 45360
     series = series * h2 - 1 / 840
     series = series * h2 + 1 / 30
