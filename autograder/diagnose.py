@@ -23,8 +23,8 @@ _FEWEST_CALLS = 3
 _SAME_FACTOR = 1e-6
 _CLOSE = 1e-4
 _NEARLY = (
-    "close, but not to rounding. Is a derivative taken by a difference, a series cut early, a limit used too far "
-    "from 0, or a number of lower precision used?"
+    "close, but not to rounding. Is a derivative taken by a difference, a series cut early, a limit "
+    "used too far from 0, or a number of lower precision used?"
 )
 
 

@@ -24,7 +24,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autograder.check import CallError, Case, Check, Stage, remembered
-from autograder.compare import compare, fault, right_outputs
+from autograder.compare import compare, right_outputs
 from autograder.symbolic import Expression
 from roboloc_reference.gaussian import transition_update
 from roboloc_reference.motion import EPSILON_OMEGA, compute_dynamics
@@ -116,7 +116,7 @@ def slow(rng: Generator) -> list[Case]:
 
 @remembered
 def many_turns(rng: Generator) -> list[Case]:
-    """Make motions of a robot that has turned around several times, of whose results only the heading counts."""
+    """Make motions of a robot that has turned around several times; only the heading counts."""
     cases = _motions(rng, rng.uniform(0.5, 1.5, 4) * _signs(rng, 4), turns=5)
     anywhere = np.array([np.inf, np.inf, 0.0])
     return [case._replace(tolerance=(case.tolerance[0] + anywhere, *case.tolerance[1:])) for case in cases]

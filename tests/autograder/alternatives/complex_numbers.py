@@ -4,7 +4,7 @@ import numpy as np
 
 
 def compute_dynamics(xvec, u, dt):
-    """Integrate the velocity and its derivative by omega with 20 nodes: exact to rounding for a turn of a few radians."""
+    """Integrate the velocity and its derivative by omega at 20 nodes: exact for a few radians."""
     theta, (V, omega) = xvec[2], u
     nodes, weights = np.polynomial.legendre.leggauss(20)
     t, w = (nodes + 1) * dt / 2, weights * dt / 2

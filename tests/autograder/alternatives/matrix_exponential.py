@@ -1,11 +1,11 @@
-"""The motion as an exponential of a matrix of SE(2), its derivatives from the exponential of a block matrix."""
+"""The motion as an exponential of a matrix of SE(2), and its derivatives from a block matrix."""
 
 import numpy as np
 from scipy.linalg import expm
 
 
 def compute_dynamics(xvec, u, dt):
-    """Move by the exponential of the twist; the upper right block of expm([[A, E], [0, A]]) is its derivative along E."""
+    """Move by expm(A); the upper right block of expm([[A, E], [0, A]]) is its derivative along E."""
     x, y, theta = xvec
     V, omega = u
     along = np.array([[0.0, 0.0, 1.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])
