@@ -18,7 +18,7 @@ from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, Patch, Polygon
 from numpy.typing import ArrayLike
 
-from roboloc.validation import as_array, as_number
+from roboloc.validation import as_array, as_floats, as_number
 
 COLORS = MappingProxyType(
     {
@@ -89,7 +89,7 @@ def plot_pose(ax: Axes, x: ArrayLike, size: float = 0.15, **style: Any) -> Polyg
     ValueError
         If `x` has another shape or is not finite, or if `size` is not positive.
     """
-    x, y, theta = as_array("x", x, (3,)).tolist()
+    x, y, theta = as_floats("x", x, 3)
     size = as_number("size", size)
     if size <= 0.0:
         raise ValueError(f"size: expected a positive number, got {size}")

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboloc.angles import wrap
-from roboloc.validation import as_array
+from roboloc.validation import as_floats
 
 
 def compose(a: ArrayLike, b: ArrayLike) -> np.ndarray:
@@ -47,8 +47,8 @@ def compose(a: ArrayLike, b: ArrayLike) -> np.ndarray:
     >>> compose([1.0, 0.0, np.pi / 2], [1.0, 0.0, 0.0]).round(12).tolist()
     [1.0, 1.0, 1.570796326795]
     """
-    ax, ay, atheta = as_array("a", a, (3,)).tolist()
-    bx, by, btheta = as_array("b", b, (3,)).tolist()
+    ax, ay, atheta = as_floats("a", a, 3)
+    bx, by, btheta = as_floats("b", b, 3)
     c, s = cos(atheta), sin(atheta)
     return np.array([ax + c * bx - s * by, ay + s * bx + c * by, atheta + btheta])
 
@@ -78,7 +78,7 @@ def inverse(a: ArrayLike) -> np.ndarray:
     >>> inverse([2.0, 0.0, 0.0]).tolist()
     [-2.0, 0.0, 0.0]
     """
-    x, y, theta = as_array("a", a, (3,)).tolist()
+    x, y, theta = as_floats("a", a, 3)
     c, s = cos(theta), sin(theta)
     return np.array([-c * x - s * y, s * x - c * y, -theta]) + 0.0  # + 0.0 turns -0 into 0
 
@@ -108,7 +108,7 @@ def exp(twist: ArrayLike) -> np.ndarray:
     >>> exp([np.pi / 2, 0.0, np.pi / 2]).round(12).tolist()
     [1.0, 1.0, 1.570796326795]
     """
-    v1, v2, omega = as_array("twist", twist, (3,)).tolist()
+    v1, v2, omega = as_floats("twist", twist, 3)
     h = omega / 2
     chord = sin(h) / h if h else 1.0
     c, s = chord * cos(h), chord * sin(h)
@@ -140,7 +140,7 @@ def log(a: ArrayLike) -> np.ndarray:
     >>> log([1.0, 1.0, np.pi / 2]).round(12).tolist()
     [1.570796326795, 0.0, 1.570796326795]
     """
-    x, y, theta = as_array("a", a, (3,)).tolist()
+    x, y, theta = as_floats("a", a, 3)
     omega = wrap(theta)
     h = omega / 2
     k = h / tan(h) if h else 1.0
@@ -174,6 +174,6 @@ def adjoint(a: ArrayLike) -> np.ndarray:
     >>> (adjoint([2.0, 0.0, 0.0]) @ [0.0, 0.0, 1.0]).tolist()
     [0.0, -2.0, 1.0]
     """
-    x, y, theta = as_array("a", a, (3,)).tolist()
+    x, y, theta = as_floats("a", a, 3)
     c, s = cos(theta), sin(theta)
     return np.array([[c, -s, y], [s, c, -x], [0.0, 0.0, 1.0]])

@@ -1,6 +1,6 @@
 """Check arguments at a public border: name, expected, got.
 
-Both packages use these three functions, so every wrong argument is reported in the same words. A shape is a
+Both packages use these functions, so every wrong argument is reported in the same words. A shape is a
 tuple whose entries are sizes or letters: ``("n", 2)`` is any number of rows of two.
 """
 
@@ -8,6 +8,8 @@ from math import isfinite
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+_FLOAT64 = np.dtype(np.float64)
 
 # Up to this many entries a loop over Python floats is faster than a NumPy reduction.
 _FEW = 64
@@ -45,7 +47,7 @@ def as_array(name: str, value: ArrayLike, shape: tuple[int | str, ...]) -> np.nd
     ValueError: xvec: expected shape (3,), got shape (2,)
     """
     array = value
-    if type(value) is not np.ndarray or value.dtype != np.float64:
+    if type(value) is not np.ndarray or value.dtype != _FLOAT64:
         array = _to_float(name, value, shape)
     if array.shape != shape and not _fits(array.shape, shape):
         raise ValueError(f"{name}: expected shape {_text(shape)}, got shape {_text(array.shape)}")
@@ -53,6 +55,30 @@ def as_array(name: str, value: ArrayLike, shape: tuple[int | str, ...]) -> np.nd
     if not finite:
         raise ValueError(f"{name}: expected finite numbers, got {np.array2string(array, threshold=20)}")
     return array
+
+
+def as_floats(name: str, value: ArrayLike, size: int) -> list[float]:
+    """Return `value`, a vector of the given size, as a list of finite Python floats.
+
+    The scalar formulas of the plane are faster on floats than on NumPy's scalars.
+
+    Raises
+    ------
+    ValueError
+        If `value` is no vector of that size, or has an entry that is not finite.
+
+    Examples
+    --------
+    A control is a speed and a turning rate.
+
+    >>> as_floats("u", [1, 0], 2)
+    [1.0, 0.0]
+    """
+    if type(value) is np.ndarray and value.dtype == _FLOAT64 and value.shape == (size,):
+        numbers = value.tolist()
+        if all(map(isfinite, numbers)):
+            return numbers
+    return as_array(name, value, (size,)).tolist()
 
 
 def as_number(name: str, value: ArrayLike, *, minimum: float | None = None) -> float:

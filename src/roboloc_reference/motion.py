@@ -22,7 +22,7 @@ from math import cos, sin
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboloc.validation import as_array, as_number
+from roboloc.validation import as_floats, as_number
 
 EPSILON_OMEGA = 1e-3
 """The handout's threshold [rad/s] below which a student may use the limits; nothing here uses it."""
@@ -75,8 +75,8 @@ def compute_dynamics(xvec: ArrayLike, u: ArrayLike, dt: float) -> tuple[np.ndarr
     >>> g.tolist(), (Gu @ [0.0, 0.1]).round(12).tolist()
     ([2.0, 0.0, 0.0], [0.0, 0.2, 0.2])
     """
-    x, y, theta = as_array("xvec", xvec, (3,)).tolist()
-    V, omega = as_array("u", u, (2,)).tolist()
+    x, y, theta = as_floats("xvec", xvec, 3)
+    V, omega = as_floats("u", u, 2)
     dt = as_number("dt", dt)
 
     h = omega * dt / 2

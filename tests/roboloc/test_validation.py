@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from roboloc.validation import as_array, as_covariance, as_number
+from roboloc.validation import as_array, as_covariance, as_floats, as_number
 
 
 @pytest.mark.parametrize(
@@ -38,6 +38,23 @@ def test_as_array_finds_one_nan_among_many():
     big[7, 31] = np.nan
     with pytest.raises(ValueError, match="expected finite numbers"):
         as_array("Sigma", big, ("n", "n"))
+
+
+@pytest.mark.parametrize("value", [[1, 2], (1.0, 2.0), np.array([1, 2]), np.array([1.0, 2.0], dtype=">f8")])
+def test_as_floats_gives_python_floats(value):
+    """Whatever holds two numbers becomes a list of two Python floats."""
+    floats = as_floats("u", value, 2)
+    assert floats == [1.0, 2.0]
+    assert [type(number) for number in floats] == [float, float]
+
+
+@pytest.mark.parametrize(
+    "value", [None, [1.0], np.zeros(3), np.zeros((1, 2)), np.array([1.0, np.nan]), [np.inf, 0]]
+)
+def test_as_floats_refuses_other_vectors(value):
+    """Another size, another shape and what is not finite raise ValueError."""
+    with pytest.raises(ValueError, match=r"^u: expected .*, got "):
+        as_floats("u", value, 2)
 
 
 @pytest.mark.parametrize("value", [1, np.float64(1), np.array(1), np.int8(1), True])
