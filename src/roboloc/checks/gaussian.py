@@ -20,7 +20,8 @@ def _random(n: int, seed: int) -> tuple[np.ndarray, ...]:
 
 
 def _returns(caller: Caller) -> None:
-    _call(caller, *_random(3, 1), 0.1)
+    Gu = ((0.1, 0.0), (0.0, 0.0), (0.0, 0.1))
+    _call(caller, (1.0, 2.0, 0.3), np.eye(3), Gu, np.eye(3), np.eye(2), 0.1)
 
 
 def _mean(caller: Caller) -> None:

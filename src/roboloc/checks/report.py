@@ -93,6 +93,9 @@ class Report:
             _display(self)
 
 
+# A call that takes more characters than this is not written out.
+_LONG = 240
+
 _WORDS = {True: "right", False: "not yet", None: "skipped"}
 _SIGNS = {True: "&#10003;", False: "&#10007;", None: "&#8211;"}
 
@@ -153,6 +156,7 @@ class Caller:
             If it raises, or returns anything else.
         """
         call = f"{self.stage}({', '.join(map(text, arguments))})"
+        call = call if len(call) <= _LONG else f"{self.stage}, called on arrays of many digits,"
         given = deepcopy(arguments)
         try:
             with warnings.catch_warnings(), redirect_stdout(io.StringIO()):
