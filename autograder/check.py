@@ -20,12 +20,12 @@ import functools
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
+
 from autograder.secret import generator
 
 if TYPE_CHECKING:
     from collections.abc import Callable
-
-    import numpy as np
 
 # The errors of autograder.remote after which a further call would only cost the same time again.
 _LAST_CALLS = {
@@ -40,7 +40,7 @@ _KNOWN_ERRORS = frozenset(
     }
     | {"LinAlgError", "AxisError", "SympifyError"}
 )
-_MAX_LINE = 9999
+_MAX_LINE = 200
 
 
 @dataclass(frozen=True)
@@ -75,6 +75,13 @@ class Stage:
         return self.name.rpartition(".")[2]
 
 
+def copied(args: tuple) -> tuple:
+    """Return copies of arguments that share nothing with them."""
+    return tuple(
+        value.copy() if isinstance(value, (np.ndarray, dict)) else copy.deepcopy(value) for value in args
+    )
+
+
 class Case(NamedTuple):
     """Arguments of one call, what must come back, and how far off each output may be."""
 
@@ -85,7 +92,7 @@ class Case(NamedTuple):
 
     def fresh(self) -> tuple:
         """Return writable copies of the arguments: nothing a call does to them reaches another call."""
-        return copy.deepcopy(self.args)
+        return copied(self.args)
 
 
 class Call(NamedTuple):
@@ -115,16 +122,23 @@ class Recorder:
         self.function = function
         self.calls: list[Call] = []
         self.stopped = ""
+        self._line = 0
 
     def __call__(self, *args: Any) -> Any:
         """Call the function; whatever it raises becomes a :class:`CallError` with words of ours."""
-        before = copy.deepcopy(args)
+        before = copied(args)
         try:
             returned = self.function(*args)
         except (Exception, SystemExit) as error:  # noqa: BLE001
             # Everything the student's code can raise counts against it alone; autograder.remote.GraderError
             # derives from BaseException and passes.
             kind, message = describe_error(error)
+            line = line_of(error)
+            self._line = self._line or line
+            if (
+                line and line == self._line
+            ):  # a line that changes with the input could be made to tell the input
+                message += f" (line {line} of its cell)"
             self.calls.append(Call(before, None, args, kind))
             self.stopped = self.stopped or _LAST_CALLS.get(kind, "")
             raise CallError(message, final=kind in _LAST_CALLS) from None
@@ -176,23 +190,22 @@ def describe_error(error: BaseException) -> tuple[str, str]:
     """
     for name, reason in _LAST_CALLS.items():
         if any(kind.__name__ == name for kind in type(error).__mro__):
-            return name, f"the call {reason}{_where(error)}"
+            return name, f"the call {reason}"
     kind = str(getattr(error, "ename", type(error).__name__))
     kind = kind if kind in _KNOWN_ERRORS else ""
     if kind == "NotImplementedError":
         return kind, "the function is not written yet: it raised NotImplementedError"
     if kind == "SystemExit":
-        return kind, f"the call asked Python to exit instead of returning{_where(error)}"
+        return kind, "the call asked Python to exit instead of returning"
     if not kind:
-        return "an error", f"the call raised an error of a type of its own{_where(error)}"
-    return kind, f"the call raised {kind}{_where(error)}"
+        return "an error", "the call raised an error of a type of its own"
+    return kind, f"the call raised {kind}"
 
 
-def _where(error: BaseException) -> str:
-    """Say at which line of the cell an error came up, where a believable line is known."""
-    line = getattr(error, "line", None)
-    known = isinstance(line, int) and not isinstance(line, bool) and 0 < line <= _MAX_LINE
-    return f" (line {line} of its cell)" if known else ""
+def line_of(error: BaseException) -> int:
+    """Return the line of the cell at which an error came up; 0 where no believable one is known."""
+    line = getattr(error, "line", 0)
+    return line if type(line) is int and 0 < line <= _MAX_LINE else 0
 
 
 def run_stage(stage: Stage, function: Callable[..., Any], secret: str) -> Outcome:

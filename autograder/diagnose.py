@@ -6,13 +6,13 @@ is looked at on its own, so that two mistakes in two outputs are both found.
 
 from __future__ import annotations
 
-import copy
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autograder.compare import entries
+from autograder.check import copied
+from autograder.compare import as_numbers, entries
 
 if TYPE_CHECKING:
     from autograder.check import Call, Outcome, Stage
@@ -95,10 +95,14 @@ def _known(
     """Choose the fewest wrong versions that account for the outputs that are wrong."""
     matches: list[tuple[Misconception, set[str], int]] = []
     for item in misconceptions:
-        versions = [_run(stage, item, one.args) for one in seen]
-        faulty = {name for name in (*stage.outputs, ARGUMENTS) if _deviates(seen, versions, name)}
-        matched = {name for name in faulty & wrong if _matches(item, seen, versions, name)}
-        matches.append((item, matched, len(faulty - matched)))
+        matched, faulty = set(wrong), set()
+        for one in seen:
+            version = _run(stage, item, one.args)
+            matched = {name for name in matched if _matches(item, one, version, name)}
+            if not matched:
+                break
+            faulty |= {name for name in (*stage.outputs, ARGUMENTS) if _deviates(one, version, name)}
+        matches.append((item, matched & faulty, len(faulty - matched)))
     found: list[Diagnosis] = []
     while wrong:
         item, matched, _ = max(
@@ -113,22 +117,17 @@ def _known(
     return found
 
 
-def _matches(item: Misconception, seen: list[_Seen], versions: list[_Numbers], name: str) -> bool:
-    """Whether an output is the wrong version's in every call, up to the error that is allowed anyway."""
+def _matches(item: Misconception, one: _Seen, version: _Numbers, name: str) -> bool:
+    """Whether an output is the wrong version's, up to the error that is allowed anyway."""
     if name == ARGUMENTS:
-        return all(one.got.changed == version.changed for one, version in zip(seen, versions, strict=True))
-    for one, version in zip(seen, versions, strict=True):
-        if _off(one, version, name) and not _off(one, one.got, name):
-            return False
-        if item.determined(*one.args) and not _equal(one, version, name):
-            return False
-    return True
+        return one.got.changed == version.changed
+    if _off(one, version, name) and not _off(one, one.got, name):
+        return False
+    return not item.determined(*one.args) or _equal(one, version, name)
 
 
-def _deviates(seen: list[_Seen], versions: list[_Numbers], name: str) -> bool:
-    if name == ARGUMENTS:
-        return any(any(version.changed) for version in versions)
-    return any(_off(one, version, name) for one, version in zip(seen, versions, strict=True))
+def _deviates(one: _Seen, version: _Numbers, name: str) -> bool:
+    return any(version.changed) if name == ARGUMENTS else _off(one, version, name)
 
 
 def _off(one: _Seen, numbers: _Numbers, name: str) -> bool:
@@ -159,14 +158,14 @@ def _beside(stage: Stage, call: Call) -> _Seen:
         got = _Numbers({name: np.full_like(value, np.nan) for name, value in right.items()}, _changed(call))
     else:
         returned = call.returned
-        usable = isinstance(returned, (tuple, list)) and len(returned) == len(stage.outputs)
+        usable = type(returned) in {tuple, list} and len(returned) == len(stage.outputs)
         pairs = _named(stage, returned if usable else [None] * len(stage.outputs))
         got = _Numbers({name: _array(value, right[name].shape) for name, value in pairs}, _changed(call))
     return _Seen(call.args, right, tolerance, got)
 
 
 def _run(stage: Stage, item: Misconception, args: tuple) -> _Numbers:
-    given = copy.deepcopy(args)
+    given = copied(args)
     returned = item.function(*given)
     values = {name: np.array(value, dtype=float) for name, value in _named(stage, returned)}
     return _Numbers(values, tuple(not _same(now, was) for now, was in zip(given, args, strict=True)))
@@ -186,11 +185,9 @@ def _same(now: Any, was: Any) -> bool:
 
 def _array(value: Any, shape: tuple[int, ...]) -> np.ndarray | None:
     """Read an output as numbers of the right shape, finite or not; None if it is not that."""
-    try:
-        array = np.asarray(value)
-    except (ValueError, TypeError, OverflowError):
-        return None
-    return array.astype(float) if array.dtype.kind in "fiu" and array.shape == shape else None
+    array = as_numbers(value)
+    usable = array is not None and array.dtype.kind in "fiu" and array.shape == shape
+    return array.astype(float) if usable else None
 
 
 def _observe(stage: Stage, seen: list[_Seen], name: str) -> Diagnosis | None:  # noqa: PLR0911 (a list of cases)

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from numpy.random import Generator
 
 _POINTS = 6
+_SYMBOLS = "Only the given symbols may occur in it."
 # Expressions are evaluated away from their removable singularities, where a few digits can cancel at most.
 _RELATIVE = 1e-9
 
@@ -65,7 +66,9 @@ class Expression:
                 ),
             )
 
-        return replace(stage, checks=(Check(f"{output} equals what one derives", 1, equal, self.hint),))
+        return replace(
+            stage, checks=(Check(f"{output} equals what one derives", 1, equal, f"{self.hint} {_SYMBOLS}"),)
+        )
 
 
 def _tolerance(expected: np.ndarray) -> np.ndarray:

@@ -1,6 +1,6 @@
 """Hidden checks, one module per notebook, and the table of all graded stages.
 
-``python -m autograder.checks`` prints which wrong and which correct versions the checks tell apart.
+``python tools/kill_matrix.py`` prints which wrong and which correct versions the checks tell apart.
 """
 
 from autograder.checks import motion_model

@@ -6,9 +6,9 @@ compared with theirs, so that feedback can say what the mistake is.
 
 from __future__ import annotations
 
-from autograder.misconceptions import motion_model
+from autograder.misconceptions import motion_model, wheel_speeds
 
-MISCONCEPTIONS = motion_model.MISCONCEPTIONS
+MISCONCEPTIONS = motion_model.MISCONCEPTIONS + wheel_speeds.MISCONCEPTIONS
 
 
 def of_stage(stage: str) -> tuple:
