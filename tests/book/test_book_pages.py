@@ -1,0 +1,204 @@
+"""The built book in a browser: every page from the disk, in both themes, wide and narrow."""
+
+import json
+import re
+from pathlib import Path
+
+import pytest
+from browser.browser import locked, visit
+
+ROOT = Path(__file__).resolve().parents[2]
+SCREENSHOTS = ROOT / "build" / "screenshots"
+THEMES = ("light", "dark")
+WIDTHS = (1280, 360)
+# A rule of axe-core that is not asked for, with the reason; empty, and to be kept so.
+RULES_LEFT_OUT: dict[str, str] = {}
+# Pages that Sphinx makes beside those of the table of contents.
+GENERATED = ["genindex.html", "search.html"]
+
+
+def pages_of(html):
+    """Return the addresses of all pages, relative to the built folder, the redirect at the root left out."""
+    found = [path.relative_to(html) for path in sorted(html.rglob("*.html")) if "_static" not in path.parts]
+    return [page.as_posix() for page in found if page.as_posix() != "index.html"]
+
+
+@pytest.fixture(scope="session")
+def reports(html, tmp_path_factory):
+    """Visit every page once in every theme and width, and share the reports among parallel test processes."""
+    SCREENSHOTS.mkdir(parents=True, exist_ok=True)
+    cases = [(page, theme, width) for page in pages_of(html) for theme in THEMES for width in WIDTHS]
+    with locked(tmp_path_factory, "visits") as folder:
+        store = folder / "visits.json"
+        if not store.exists():
+            visits = [
+                {
+                    "url": (html / page).as_uri(),
+                    "theme": theme,
+                    "width": width,
+                    "axe": True,
+                    "full": True,
+                    "screenshot": str(SCREENSHOTS / f"{Path(page).stem}-{theme}-{width}.png"),
+                    "run": "return document.documentElement.dataset.theme",
+                }
+                for page, theme, width in cases
+            ]
+            store.write_text(json.dumps(visit(visits)))
+        return dict(zip(cases, json.loads(store.read_text()), strict=True))
+
+
+def test_every_page_was_visited(html, reports):
+    """The book has its pages, each was opened in both themes at both widths, and shows the theme asked for."""
+    pages = pages_of(html)
+    sources = {f"book/{path.stem}.html" for path in (ROOT / "book").glob("*.md")}
+    assert set(pages) == sources | set(GENERATED)
+    assert len(reports) == len(pages) * 4
+    assert all(report["value"] == theme for (_, theme, _), report in reports.items())
+
+
+def test_no_page_asks_for_anything_outside_its_folder(html, reports):
+    """Every request of every page goes to a file of the built folder and succeeds."""
+    inside = html.as_uri() + "/"
+    for case, report in reports.items():
+        assert len(report["requests"]) > 5, case
+        bad = [r for r in report["requests"] if not r["url"].startswith((inside, "data:")) or r["failure"]]
+        assert not bad, case
+
+
+def test_no_page_complains(reports):
+    """No page logs a warning or an error or throws an exception."""
+    for case, report in reports.items():
+        assert not report["console"], case
+        assert not report["errors"], case
+
+
+def test_mathematics_is_rendered(html, reports):
+    """Every formula of the sources is drawn, none is left as TeX, none is marked as an error."""
+    for (page, theme, width), report in reports.items():
+        text = (html / page).read_text(encoding="utf-8")
+        expected = len(re.findall(r'<(?:span|div) class="(?:[\w-]+ )*math(?: [\w-]+)*"', text))
+        math = report["math"]
+        assert math["errors"] == 0, (page, theme, width)
+        assert math["raw"] == 0, (page, theme, width)
+        assert math["containers"] >= expected, (page, theme, width)
+    assert reports["book/motion-and-the-limit.html", "light", 1280]["math"]["containers"] > 100
+
+
+def test_no_page_scrolls_sideways(reports):
+    """At 360 CSS pixels a page is no wider than its window; wide tables and formulas scroll in themselves."""
+    for case, report in reports.items():
+        assert report["width"]["page"] <= report["width"]["window"], (case, report["width"]["wider"])
+
+
+def test_pages_are_accessible(reports):
+    """The axe-core rules of WCAG 2.1 A and AA find nothing on any page, in either theme, wide or narrow."""
+    for case, report in reports.items():
+        found = {v["id"]: [n["target"] for n in v["nodes"]] for v in report["axe"]}
+        assert not {rule: nodes for rule, nodes in found.items() if rule not in RULES_LEFT_OUT}, case
+
+
+def test_wide_formulas_can_be_reached_by_keyboard_and_scrolled_from_their_left_end(html):
+    """On a narrow screen the box of a wide formula takes the focus and is cut off only at its right."""
+    run = """
+      const boxes = [...document.querySelectorAll("div.math")].filter((e) => e.scrollWidth > e.clientWidth + 1);
+      return boxes.map((box) => ({
+        focus: box.tabIndex,
+        label: box.getAttribute("aria-label"),
+        cut: box.getBoundingClientRect().left - box.querySelector("svg").getBoundingClientRect().left,
+      }));
+    """
+    page = html / "book" / "motion-and-the-limit.html"
+    (report,) = visit([{"url": page.as_uri(), "width": 360, "run": run}])
+    assert len(report["value"]) > 5
+    for box in report["value"]:
+        assert box["focus"] == 0
+        assert box["label"] == "Formula, scrolls sideways"
+        assert box["cut"] <= 1
+
+
+def test_first_page_leads_into_the_book(html):
+    """The index.html that README names opens the landing page."""
+    (report,) = visit([{"url": (html / "index.html").as_uri(), "wait": "main h1"}])
+    assert report["title"].startswith("Robot localization")
+    assert all(r["failure"] is None for r in report["requests"])
+
+
+def test_search_finds_a_page_without_a_server(html):
+    """The search page, opened from the disk with a query, lists the chapter that holds the word."""
+    url = (html / "search.html").as_uri() + "?q=unicycle"
+    (report,) = visit(
+        [
+            {
+                "url": url,
+                "wait": "#search-results li",
+                "run": "return document.querySelector('#search-results').innerText",
+            }
+        ]
+    )
+    assert "Motion and the limit" in report["value"]
+    assert all(r["url"].startswith(html.as_uri()) and r["failure"] is None for r in report["requests"])
+
+
+def test_answers_are_folded_until_asked_for(html):
+    """The answers to the questions of a chapter are closed when the page opens, and open at a click."""
+    run = """
+      const folds = [...document.querySelectorAll("details.sd-dropdown")];
+      const closed = folds.filter((fold) => !fold.open).length;
+      folds[0].querySelector("summary").click();
+      return [folds.length, closed, folds[0].open];
+    """
+    page = html / "book" / "motion-and-the-limit.html"
+    (report,) = visit([{"url": page.as_uri(), "run": run}])
+    count, closed, opened = report["value"]
+    assert count >= 6
+    assert closed == count
+    assert opened
+
+
+def test_chapter_links_its_notebook_inside_the_folder(html):
+    """The chapter's graded notebook is a file of the built folder, equal to the released one."""
+    page = html / "book" / "motion-and-the-limit.html"
+    link = re.search(
+        r'<a class="reference download internal"[^>]*href="([^"]+)"', page.read_text(encoding="utf-8")
+    )
+    copy = (page.parent / link[1]).resolve()
+    assert copy.is_relative_to(html.resolve())
+    released = ROOT / "notebooks" / "ekf-localization" / "motion-model.ipynb"
+    assert copy.read_bytes() == released.read_bytes()
+
+
+def test_figures_have_alternative_text(html):
+    """Every image of a page has an alternative text that says something."""
+    count = 0
+    for page in pages_of(html):
+        for tag in re.findall(r"<img\b[^>]*>", (html / page).read_text(encoding="utf-8")):
+            alt = re.search(r'alt="([^"]*)"', tag)
+            assert alt, (page, tag)
+            assert len(alt[1]) > 30, (page, tag)
+            count += 1
+    assert count >= 1
+
+
+def test_pages_name_no_script_address_outside(html):
+    """No script, style sheet, image or preload of a page has an address with a host, even one fetched on demand."""
+    for page in pages_of(html):
+        text = (html / page).read_text(encoding="utf-8")
+        assert not re.search(r'<(?:script|link|img|iframe)\b[^>]*(?:src|href)="(?:https?:)?//', text), page
+        scripts = re.findall(r"<script\b[^>]*>(.*?)</script>", text, re.DOTALL)
+        assert not [s for s in scripts if re.search(r"https?://", s)], page
+
+
+def test_no_built_page_shows_a_graded_stage(html):
+    """No graded stage is defined in the built folder: not on a page, in a copied source or in the index."""
+    for file in [*html.rglob("*.html"), *html.rglob("_sources/**/*.md"), html / "searchindex.js"]:
+        text = re.sub(r"<[^>]+>", "", file.read_text(encoding="utf-8"))
+        assert not re.search(r"def\s+(?:compute_dynamics|transition_update|measurement_update)\b", text), (
+            file.name
+        )
+
+
+def test_screenshots_are_there_to_be_looked_at(reports):
+    """Every visit left a picture."""
+    assert reports
+    assert all(path.stat().st_size > 5000 for path in SCREENSHOTS.glob("*.png"))
+    assert len(list(SCREENSHOTS.glob("motion-and-the-limit-*.png"))) == 4
