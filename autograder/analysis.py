@@ -31,7 +31,7 @@ class Names:
 
 
 def analyse(source: str) -> Names:
-    """Return the global names of a cell.
+    r"""Return the global names of a cell.
 
     Parameters
     ----------
@@ -47,7 +47,7 @@ def analyse(source: str) -> Names:
     --------
     Local variables of a function are not names of the cell; what it reads from outside is:
 
-    >>> names = analyse("import numpy as np\\ndef f(x):\\n    y = x + offset\\n    return np.sin(y)")
+    >>> names = analyse("import numpy as np\ndef f(x):\n    y = x + offset\n    return np.sin(y)")
     >>> sorted(names.loads), sorted(names.stores), names.imports
     (['np', 'offset'], ['f', 'np'], {'np': ('numpy', None)})
     """

@@ -10,17 +10,15 @@ from __future__ import annotations
 import contextlib
 import math
 import os
-import re
 import signal
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
-
-from nbgrader import utils
 
 from . import outputs as outputs_
 from .analysis import BUILTINS, Names, analyse
 from .mirror import Mirror, import_for_test
 from .remote import GraderError, is_remote
+from .roles import REVIEW, grade_id, role_of, visible_part
 from .session import REASONS, Ended, Session
 from .worker.shell import fresh_namespace, make_shell, run_cell
 
@@ -31,9 +29,6 @@ if TYPE_CHECKING:
 
     from .sandbox import Sandbox
     from .worker.limits import Limits
-
-REVIEW = "needs_review"
-_HIDDEN = re.compile(r"^[ \t]*#+ BEGIN HIDDEN TESTS.*?^[ \t]*#+ END HIDDEN TESTS[^\n]*$", re.MULTILINE | re.DOTALL)
 
 
 @dataclass
@@ -56,31 +51,6 @@ class Cell:
     role: str
     names: Names
     stub: Names = field(default_factory=Names)
-
-
-def role_of(cell: NotebookNode) -> str:
-    """Return the role of a code cell; see :class:`Cell`."""
-    if utils.is_solution(cell):
-        return "answer"
-    if utils.is_grade(cell):
-        return "test"
-    return "given" if utils.is_locked(cell) else "plain"
-
-
-def visible_part(source: str) -> str:
-    """Return a test cell's source without its hidden tests.
-
-    Examples
-    --------
-    >>> visible_part("n = 1\\n### BEGIN HIDDEN TESTS\\nassert n\\n### END HIDDEN TESTS")
-    'n = 1\\n'
-    """
-    return _HIDDEN.sub("", source)
-
-
-def has_hidden_part(source: str) -> bool:
-    """Return whether a test cell has hidden tests."""
-    return visible_part(source) != source
 
 
 class Execution:
@@ -110,12 +80,14 @@ class Execution:
     ) -> None:
         self.limits = limits
         self.cells = [
-            Cell(node, role_of(node), analyse(node.source), analyse(release.get(_grade_id(node), "")))
+            Cell(node, role_of(node), analyse(node.source), analyse(release.get(grade_id(node), "")))
             for node in notebook.cells
             if node.cell_type == "code"
         ]
         self.session = Session(sandbox, limits, files)
         self.shell = make_shell("__test__")
+        # IPython inspects the objects that a one-line cell names; a `Remote` refuses that.
+        self.shell.prefilter_manager.prefilter_lines = lambda lines, continue_prompt=False: lines  # noqa: ARG005
         self.namespace = fresh_namespace(self.shell, "__test__")
         self.given_run: set[int] = set()
         stubs = [cell.stub for cell in self.cells if cell.role == "answer"]
@@ -197,8 +169,12 @@ class Execution:
     def redefined(self, index: int, cell: Cell) -> list[str]:
         """Return given data that the test reads and the submission assigns anew."""
         given = {name for i in self.given_run if i < index for name in self.cells[i].names.stores}
-        own = frozenset().union(*(c.names.stores for c in self.cells[:index] if c.role in ("plain", "answer")))
-        return sorted(name for name in given & own & cell.names.loads if not callable(self.namespace.get(name)))
+        own = frozenset().union(
+            *(c.names.stores for c in self.cells[:index] if c.role in ("plain", "answer"))
+        )
+        return sorted(
+            name for name in given & own & cell.names.loads if not callable(self.namespace.get(name))
+        )
 
     def prepare(self, index: int, wanted: frozenset[str]) -> set[str]:
         """Run the given cells that a test cell needs; return the names that are the student's."""
@@ -265,10 +241,6 @@ class Execution:
                 self.namespace[name] = before[name]
             elif name in self.mirror.described or is_remote(self.namespace.get(name)):
                 self.namespace.pop(name, None)
-
-
-def _grade_id(node: NotebookNode) -> str:
-    return node.metadata.get("nbgrader", {}).get("grade_id", "")
 
 
 def _for_notebook(output: dict[str, Any]) -> dict[str, Any]:

@@ -1,11 +1,11 @@
 """The border between a test cell, which runs here, and the submission, which runs in the sandbox.
 
-A test cell's names are found in this order. Names the *release* gives to students (their stubs) are the student's. What
-given cells and earlier test cells define is ours, whatever a submission calls by that name; a builtin is a builtin. What
-is left is the student's: a module becomes the grader's own import of it, data comes as a copy, anything else as a
+A test cell's names are found in this order. Names the *release* gives to students (their stubs) are theirs. What
+given cells and earlier test cells define is ours, whatever a submission calls by that name; a builtin is a builtin.
+What is left is the student's: a module becomes the grader's own import of it, data comes as a copy, anything else as a
 `remote.Remote`.
 
-Before each call, what the test cell did to the student's names is carried over: ``del squares`` is seen by the student's
+Before each call, what the test cell did to the student's names is carried over: ``del squares`` is seen by their
 functions, and so is an assignment to a name of the release. A test's own variables are not carried over: a submission
 must not be able to read ``expected`` by having a variable of that name.
 """
@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import importlib
 import sys
+from functools import cache
 from importlib.metadata import packages_distributions
 from typing import TYPE_CHECKING, Any, NoReturn
 
@@ -64,7 +65,9 @@ class Mirror:
         self.process: object = None  # stands for the process that answers; None before it is started
         self.started_before = False
         self.described: dict[str, list] = {}
-        self.known: dict[str, Any] = {}  # what the submission's process has under a name: encoded, Remote or _GONE
+        self.known: dict[
+            str, Any
+        ] = {}  # what the submission's process has under a name: encoded, Remote or _GONE
         self.changes: list[list] = []
 
     # names
@@ -99,7 +102,9 @@ class Mirror:
                 self.namespace.pop(name, None)
             else:
                 self.namespace[name] = value
-                self.known[name] = value if is_remote(value) or said[0] == "module" else wire.encode(value, self._to_ref)
+                self.known[name] = (
+                    value if is_remote(value) or said[0] == "module" else wire.encode(value, self._to_ref)
+                )
         for name in self.shared:
             self.known.setdefault(name, _GONE)
 
@@ -140,7 +145,7 @@ class Mirror:
 
     def call(self, remote: Remote, attribute: str, args: tuple, kwargs: dict) -> Any:
         """Call an object of the submission's; see `remote.Remote`."""
-        return self._request(remote, lambda: self._call(remote, attribute, args, kwargs), args, kwargs)
+        return self._request(lambda: self._call(remote, attribute, args, kwargs), args, kwargs)
 
     def _call(self, remote: Remote, attribute: str, args: tuple, kwargs: dict) -> list:
         number = self._number(remote)
@@ -149,21 +154,19 @@ class Mirror:
 
     def get_attribute(self, remote: Remote, attribute: str) -> Any:
         """Return an attribute of an object of the submission's."""
-        return self._request(remote, lambda: ["getattr", self._number(remote), attribute, self.collect()])
+        return self._request(lambda: ["getattr", self._number(remote), attribute, self.collect()])
 
     def evaluate(self, remote: Remote, values: dict[str, float]) -> Any:
         """Evaluate a symbolic expression of the submission's."""
         point = {name: float(value) for name, value in values.items()}
-        return self._request(remote, lambda: ["evaluate", self._number(remote), point])
+        return self._request(lambda: ["evaluate", self._number(remote), point])
 
     def refuse(self, reason: str) -> NoReturn:
         """Record that a person must look at this cell, and stop it."""
         self.fault = self.fault or reason
         raise GraderError(reason)
 
-    def _request(
-        self, remote: Remote, make: Callable[[], list], args: tuple = (), kwargs: dict | None = None
-    ) -> Any:
+    def _request(self, make: Callable[[], list], args: tuple = (), kwargs: dict | None = None) -> Any:
         """Send a request, once more where only the wall clock ran out, and turn the answer into what Python expects."""
         for last in (False, True):
             try:
@@ -178,7 +181,9 @@ class Mirror:
         try:
             value, error, printed = self._read(answer, args, kwargs or {})
         except (wire.WireError, ValueError, TypeError, IndexError, KeyError):
-            raise StudentError("the submission's process answered with something that is not a value") from None
+            raise StudentError(
+                "the submission's process answered with something that is not a value"
+            ) from None
         if printed:
             sys.stdout.write(printed)
         if error is not None:
@@ -264,6 +269,11 @@ def _update(target: Any, new: Any) -> None:
         target.bit_generator.state = new.bit_generator.state
 
 
+@cache
+def _installed() -> frozenset[str]:
+    return frozenset(packages_distributions())
+
+
 def import_for_test(name: str) -> Any:
     """Return the grader's own import of a module that a submission imported.
 
@@ -278,9 +288,9 @@ def import_for_test(name: str) -> Any:
         The module, or a mark that there is none: only installed libraries and the standard library are imported.
     """
     root = name.partition(".")[0]
-    allowed = (root in sys.stdlib_module_names and root not in {"antigravity", "this", "idlelib", "turtle"}) or (
-        root in packages_distributions() and root not in {"autograder", "roboloc_reference"}
-    )
+    allowed = (
+        root in sys.stdlib_module_names and root not in {"antigravity", "this", "idlelib", "turtle"}
+    ) or (root in _installed() and root not in {"autograder", "roboloc_reference"})
     if not allowed:
         return _GONE
     if name in sys.modules:

@@ -12,8 +12,47 @@ from nbformat.v4 import new_output
 
 MAX_CHARACTERS = 4_000_000
 _TAGS = frozenset(
-    "b blockquote br caption code dd div dl dt em h1 h2 h3 h4 h5 h6 hr i kbd li ol p pre s small span strong sub sup table "
-    "tbody td tfoot th thead tr u ul var".split()
+    [
+        "b",
+        "blockquote",
+        "br",
+        "caption",
+        "code",
+        "dd",
+        "div",
+        "dl",
+        "dt",
+        "em",
+        "h1",
+        "h2",
+        "h3",
+        "h4",
+        "h5",
+        "h6",
+        "hr",
+        "i",
+        "kbd",
+        "li",
+        "ol",
+        "p",
+        "pre",
+        "s",
+        "small",
+        "span",
+        "strong",
+        "sub",
+        "sup",
+        "table",
+        "tbody",
+        "td",
+        "tfoot",
+        "th",
+        "thead",
+        "tr",
+        "u",
+        "ul",
+        "var",
+    ]
 )
 _PICTURES = {"image/png": b"\x89PNG", "image/jpeg": b"\xff\xd8\xff"}
 # Commands of TeX that reach outside mathematics in a browser.
@@ -67,7 +106,9 @@ def _one(output: object) -> Any:
     if kind == "error":
         lines = output.get("traceback")
         shown = [_ANSI.sub("", _text(line)) for line in lines] if type(lines) is list else []
-        return new_output("error", ename=_text(output.get("ename")), evalue=_text(output.get("evalue")), traceback=shown)
+        return new_output(
+            "error", ename=_text(output.get("ename")), evalue=_text(output.get("evalue")), traceback=shown
+        )
     if kind in ("display_data", "execute_result") and type(output.get("data")) is dict:
         data = _data(output["data"])
         more = {"execution_count": None} if kind == "execute_result" else {}
@@ -84,16 +125,20 @@ def _data(data: dict) -> dict[str, str]:
             kept[mime] = _text(value)
         elif mime == "text/html":
             kept[mime] = bleach.clean(value, tags=_TAGS, attributes={}, strip=True, strip_comments=True)
-        elif mime == "text/latex" and not _TEX_REACHES_OUT.search(value):
-            kept[mime] = value
-        elif mime in _PICTURES and _is_picture(value, _PICTURES[mime]):
+        elif (mime == "text/latex" and not _TEX_REACHES_OUT.search(value)) or (
+            mime in _PICTURES and _is_picture(value, _PICTURES[mime])
+        ):
             kept[mime] = value
     return kept
 
 
 def _is_picture(value: str, signature: bytes) -> bool:
     try:
-        return base64.b64decode(value, validate=False).startswith(signature) and '"' not in value and "<" not in value
+        return (
+            base64.b64decode(value, validate=False).startswith(signature)
+            and '"' not in value
+            and "<" not in value
+        )
     except (binascii.Error, ValueError):
         return False
 

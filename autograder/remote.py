@@ -38,7 +38,9 @@ class StudentError(Exception):
         That line's text.
     """
 
-    def __init__(self, message: str, ename: str = "", evalue: str = "", line: int = 0, source: str = "") -> None:
+    def __init__(
+        self, message: str, ename: str = "", evalue: str = "", line: int = 0, source: str = ""
+    ) -> None:
         super().__init__(message)
         self.ename = ename or type(self).__name__
         self.evalue = evalue or message
@@ -107,10 +109,8 @@ class Remote:
 
     def __getattr__(self, attribute: str) -> Any:
         """Return an attribute of the student's object: plain data, or another `Remote`."""
-        if attribute == "__name__":
-            border, _, name, _ = parts(self)
-            if name:
-                return name
+        if attribute == "__name__" and parts(self)[2]:
+            return parts(self)[2]
         if attribute.startswith("__") or attribute in {"_repr_mimebundle_", "_ipython_display_"}:
             raise AttributeError(attribute)
         return parts(self)[0].get_attribute(self, attribute)
@@ -131,11 +131,12 @@ class Remote:
     __hash__ = object.__hash__
 
 
-for _operation in (
+_OPERATIONS = (
     "eq ne lt le gt ge bool len iter next getitem setitem delitem contains float int complex index round abs neg pos "
-    "invert add radd sub rsub mul rmul truediv rtruediv floordiv rfloordiv mod rmod pow rpow matmul rmatmul and rand or "
-    "ror xor rxor lshift rlshift rshift rrshift divmod rdivmod enter exit await array reduce_ex delattr"
-).split():
+    "invert add radd sub rsub mul rmul truediv rtruediv floordiv rfloordiv mod rmod pow rpow matmul rmatmul and rand "
+    "or ror xor rxor lshift rlshift rshift rrshift divmod rdivmod enter exit await array reduce_ex delattr"
+)
+for _operation in _OPERATIONS.split():
     setattr(Remote, f"__{_operation}__", _refusing(f"__{_operation}__"))
 Remote.__hash__ = object.__hash__  # type: ignore[method-assign]
 

@@ -21,12 +21,23 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .worker.channel import Channel, Closed, pair
-from .worker.limits import Limits
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
 
-PACKAGES = ("roboloc", "ipython", "ipywidgets", "matplotlib", "matplotlib-inline", "msgpack", "numpy", "scipy", "sympy")
+    from .worker.limits import Limits
+
+PACKAGES = (
+    "roboloc",
+    "ipython",
+    "ipywidgets",
+    "matplotlib",
+    "matplotlib-inline",
+    "msgpack",
+    "numpy",
+    "scipy",
+    "sympy",
+)
 SITE = "/opt/site"
 WORKER = "/opt/worker"
 NAME = "notebook_session"
@@ -34,8 +45,7 @@ START_TIMEOUT = 120.0
 _CAP_MODES = {
     # Root on its own machine: no user namespace; a notebook gets an unprivileged user of its own, so that the limit on
     # processes, which the kernel does not apply to root, holds.
-    "root": ["--cap-add", "CAP_SYS_ADMIN", "--cap-add", "CAP_SETUID", "--cap-add", "CAP_SETGID", "--cap-add", "CAP_CHOWN",
-             "--cap-add", "CAP_FOWNER"],
+    "root": [w for name in ("SYS_ADMIN", "SETUID", "SETGID", "CHOWN", "FOWNER") for w in ("--cap-add", f"CAP_{name}")],
     "user": ["--unshare-user", "--uid", "1000", "--gid", "1000", "--cap-add", "CAP_SYS_ADMIN"],
 }  # fmt: skip
 
@@ -47,7 +57,7 @@ class SandboxError(RuntimeError):
 REMEDY = """submissions are graded inside bubblewrap, and {problem}.
   Debian, Ubuntu:  apt-get install bubblewrap
   Fedora:          dnf install bubblewrap
-  Inside a container, allow user namespaces (Docker: --security-opt seccomp=unconfined, or a profile that allows unshare).
+  In a container:  allow user namespaces (Docker: --security-opt seccomp=unconfined, or a profile with unshare)
   Ubuntu 24.04:    sysctl kernel.apparmor_restrict_unprivileged_userns=0
   Where none of this can be had, --IsolatedExecute.trust_submissions=True grades WITHOUT protection."""
 
@@ -178,7 +188,8 @@ def command(packages: Sequence[str], mode: str, hidden: Sequence[str] = ()) -> l
     here = Path(__file__).resolve().parent
     environment = {
         "HOME": "/home/student", "USER": "student", "LOGNAME": "student", "LANG": "C.UTF-8", "PATH": "/usr/bin:/bin",
-        "PYTHONPATH": SITE, "MPLBACKEND": "module://matplotlib_inline.backend_inline", "MPLCONFIGDIR": "/tmp/.matplotlib",  # noqa: S108
+        "PYTHONPATH": SITE, "MPLBACKEND": "module://matplotlib_inline.backend_inline",
+        "MPLCONFIGDIR": "/tmp/.matplotlib",  # noqa: S108
         "IPYTHONDIR": "/home/student/.ipython", "PYTHONHASHSEED": "0",
         **{f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL", "NUMEXPR")},
     }  # fmt: skip
@@ -197,6 +208,7 @@ def command(packages: Sequence[str], mode: str, hidden: Sequence[str] = ()) -> l
     for source, target in _site_binds(tuple(packages)):
         arguments += ["--ro-bind", source, target]
     arguments += ["--ro-bind", str(here / "wire.py"), f"{WORKER}/{NAME}/wire.py"]
+    arguments += ["--ro-bind", str(here / "frames.py"), f"{WORKER}/{NAME}/frames.py"]
     arguments += ["--ro-bind", str(here / "worker"), f"{WORKER}/{NAME}/worker"]
     arguments += ["--dev", "/dev", "--tmpfs", "/tmp", "--dir", "/home/student", "--chdir", "/home/student"]  # noqa: S108
     for folder in ("/dev", "/"):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
-from . import wire
+from . import frames, wire
 from .sandbox import SandboxError, finish
 from .worker.channel import Channel, Closed
 
@@ -71,7 +71,9 @@ class Session:
         The notebook's folder: content and mode by relative name.
     """
 
-    def __init__(self, sandbox: Sandbox, limits: Limits, files: dict[str, tuple[bytes, int]] | None = None) -> None:
+    def __init__(
+        self, sandbox: Sandbox, limits: Limits, files: dict[str, tuple[bytes, int]] | None = None
+    ) -> None:
         self.sandbox = sandbox
         self.limits = limits
         self.files = files or {}
@@ -133,7 +135,7 @@ class Session:
         """
         try:
             (body,) = self._persist(["cell", source], self.limits.cell_cpu)
-            kind, outputs, succeeded = wire.unpack(body)
+            kind, outputs, succeeded = frames.unpack(body)
             outputs = wire.decode(outputs)
             if kind != "value" or type(outputs) is not list or type(succeeded) is not bool:
                 return CellResult(ended="protocol")
@@ -179,9 +181,9 @@ class Session:
         Ended
             If the process died, overran, or does not speak the protocol.
         """
-        (body,) = self._request(["ask", wire.pack(request)[4:]], self.limits.call_cpu)
+        (body,) = self._request(["ask", frames.pack(request)[4:]], self.limits.call_cpu)
         try:
-            answer = wire.unpack(body)
+            answer = frames.unpack(body)
         except wire.WireError:
             raise Ended("protocol") from None
         if type(answer) is not list or not answer or type(answer[0]) is not str:

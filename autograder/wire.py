@@ -1,44 +1,45 @@
 """Plain data across a border that nobody has to trust.
 
-The grader and the worker exchange *frames*: four bytes of length, then one MessagePack value. Scalars travel as
-themselves; everything else as a list that starts with a tag, so that a tuple is not a list and a ``numpy.float32`` is
-not a ``float`` on the other side. Nothing here can name a class or run code when it is read: the worst a hostile frame
+The grader and the worker exchange *frames* (`autograder.frames`) of MessagePack. Scalars travel as themselves;
+everything else as a list that starts with a tag, so that a tuple is not a list and a ``numpy.float32`` is not a
+``float`` on the other side. Nothing here can name a class or run code when it is read: the worst a hostile frame
 can do is to raise :class:`WireError`.
 
-What crosses: ``None``, ``bool``, ``int``, ``float``, ``complex``, ``str``, ``bytes``, ``bytearray``, ``tuple``, ``list``,
-``dict``, ``set``, ``frozenset``, ``range``, ``slice``, ``Ellipsis``, numpy scalars and arrays (exact dtype, byte order,
-shape, memory order and write flag), ``numpy.random.Generator`` (bit generator and state), names of library functions,
-and :class:`Ref`, a number that stands for an object which stays where it is.
+What crosses: ``None``, ``bool``, ``int``, ``float``, ``complex``, ``str``, ``bytes``, ``bytearray``, ``tuple``,
+``list``, ``dict``, ``set``, ``frozenset``, ``range``, ``slice``, ``Ellipsis``, numpy scalars and arrays (exact dtype,
+byte order, shape, memory order and write flag), ``numpy.random.Generator`` (bit generator and state), names of library
+functions, and :class:`Ref`, a number that stands for an object which stays where it is.
 
-The module is used on both sides of the sandbox and imports nothing but numpy and msgpack.
+The module is used on both sides of the sandbox and imports nothing but numpy.
 """
 
 from __future__ import annotations
 
 import importlib
 import math
-import struct
 import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-import msgpack
 import numpy as np
 
 if TYPE_CHECKING:
     from collections.abc import Callable
 
-MAX_FRAME = 64 * 1024 * 1024
+MAX_BYTES = 64 * 1024 * 1024
 MAX_DEPTH = 40
 MAX_ITEMS = 2_000_000
 # Roots of modules whose functions and classes may be named across the border (``np.sin`` handed to a student's solver).
 NAMED_ROOTS = frozenset({"builtins", "math", "cmath", "operator", "numpy", "scipy", "sympy"})
 # Builtins that are no business of a value: naming them would hand the reader a tool, not data.
-_UNNAMEABLE = frozenset({"eval", "exec", "compile", "open", "__import__", "input", "breakpoint", "globals", "vars"})
+_UNNAMEABLE = frozenset(
+    {"eval", "exec", "compile", "open", "__import__", "input", "breakpoint", "globals", "vars"}
+)
 _DTYPE_KINDS = frozenset("biufcSUMm")
 _BIT_GENERATORS = frozenset({"PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64"})
 
-_LIST, _TUPLE, _DICT, _SET, _FROZENSET, _INT, _COMPLEX, _ARRAY, _SCALAR, _GENERATOR, _REF, _NAMED, _RANGE, _SLICE, _DOTS, _BYTEARRAY = range(16)  # fmt: skip
+_LIST, _TUPLE, _DICT, _SET, _FROZENSET, _INT, _COMPLEX, _ARRAY = range(8)
+_SCALAR, _GENERATOR, _REF, _NAMED, _RANGE, _SLICE, _DOTS, _BYTEARRAY = range(8, 16)
 # A subclass of a builtin crosses as the builtin: its own methods are not asked. (Counter, namedtuple, IntEnum ...)
 _PLAIN_BASES: tuple[tuple[type, Any], ...] = (
     (int, int.__int__),
@@ -188,13 +189,15 @@ def _big_int(value: int) -> str:
 def _encode_array(value: np.ndarray, to_ref: Callable | None) -> list:
     if value.dtype.kind not in _DTYPE_KINDS:
         return _as_ref(value, to_ref)
-    if value.nbytes > MAX_FRAME // 2:
+    if value.nbytes > MAX_BYTES // 2:
         raise WireError(f"an array of {value.nbytes} bytes")
     order = "F" if value.flags.f_contiguous and not value.flags.c_contiguous else "C"
     return [_ARRAY, value.dtype.str, list(value.shape), order, value.flags.writeable, value.tobytes(order)]
 
 
-def _encode_generator(value: np.random.Generator, to_ref: Callable | None, budget: _Budget, depth: int) -> list:
+def _encode_generator(
+    value: np.random.Generator, to_ref: Callable | None, budget: _Budget, depth: int
+) -> list:
     name = type(value.bit_generator).__name__
     if name not in _BIT_GENERATORS:
         return _as_ref(value, to_ref)
@@ -285,7 +288,9 @@ def decode(data: object, from_ref: Callable[[Ref], Any] | None = None, *, allow_
         raise WireError(f"malformed value: {error}") from error
 
 
-def _decode(data: object, from_ref: Callable | None, budget: _Budget, depth: int, *, allow_named: bool) -> Any:  # noqa: C901, PLR0911, PLR0912
+def _decode(  # noqa: C901, PLR0911, PLR0912  (one branch for each kind of value)
+    data: object, from_ref: Callable | None, budget: _Budget, depth: int, *, allow_named: bool
+) -> Any:
     budget.spend(1, depth)
     if data is None or type(data) in (bool, int, float, str, bytes):
         return data
@@ -334,7 +339,9 @@ def _decode(data: object, from_ref: Callable | None, budget: _Budget, depth: int
 
 
 def _exact(items: list, *types: type) -> list:
-    if len(items) != len(types) or any(type(item) is not kind for item, kind in zip(items, types, strict=True)):
+    if len(items) != len(types) or any(
+        type(item) is not kind for item, kind in zip(items, types, strict=True)
+    ):
         raise WireError("a field of the wrong type")
     return items
 
@@ -368,7 +375,11 @@ def _decode_array(text: str, shape: list, order: str, writeable: bool, raw: byte
     dtype = _dtype(text)
     if math.prod(shape) * dtype.itemsize != len(raw):
         raise WireError("an array whose bytes do not fit its shape")
-    array = np.frombuffer(raw, dtype).reshape(shape, order=order).copy(order) if raw else np.empty(shape, dtype, order)
+    array = (
+        np.frombuffer(raw, dtype).reshape(shape, order=order).copy(order)
+        if raw
+        else np.empty(shape, dtype, order)
+    )
     array.flags.writeable = writeable
     return array
 
@@ -379,113 +390,3 @@ def _decode_generator(name: str, state: dict) -> np.random.Generator:
     bit_generator = getattr(np.random, name)(0)
     bit_generator.state = state
     return np.random.Generator(bit_generator)
-
-
-def pack(message: object) -> bytes:
-    """Return one frame: the length in four bytes and the message.
-
-    Parameters
-    ----------
-    message : object
-        What MessagePack carries: scalars, lists, dicts with text keys.
-
-    Returns
-    -------
-    bytes
-        The frame.
-
-    Raises
-    ------
-    WireError
-        If the message is larger than `MAX_FRAME` or is not for MessagePack.
-    """
-    try:
-        body = msgpack.packb(message, use_bin_type=True, unicode_errors="surrogatepass")
-    except (TypeError, ValueError, OverflowError, RecursionError) as error:
-        raise WireError(f"cannot be sent: {error}") from error
-    return frame(body)
-
-
-def frame(body: bytes) -> bytes:
-    """Return a packed message with its length in front.
-
-    Parameters
-    ----------
-    body : bytes
-        A packed message.
-
-    Returns
-    -------
-    bytes
-        The frame.
-
-    Raises
-    ------
-    WireError
-        If it is larger than `MAX_FRAME`.
-    """
-    if len(body) > MAX_FRAME:
-        raise WireError(f"{len(body)} bytes are more than {MAX_FRAME}")
-    return struct.pack(">I", len(body)) + body
-
-
-def unpack(body: bytes) -> Any:
-    """Return the message of one frame's body.
-
-    Parameters
-    ----------
-    body : bytes
-        What followed the length.
-
-    Returns
-    -------
-    object
-        Scalars, lists, dicts with text keys.
-
-    Raises
-    ------
-    WireError
-        If it is not exactly one MessagePack value of allowed size.
-    """
-    try:
-        return msgpack.unpackb(
-            body, raw=False, strict_map_key=True, use_list=True, unicode_errors="surrogatepass",
-            ext_hook=_no_extension, max_array_len=MAX_ITEMS, max_map_len=MAX_ITEMS,
-        )  # fmt: skip
-    except WireError:
-        raise
-    except (ValueError, TypeError, OverflowError, RecursionError, MemoryError, msgpack.UnpackException) as error:
-        raise WireError(f"not a frame: {type(error).__name__}") from error
-
-
-def _no_extension(code: int, data: bytes) -> None:  # noqa: ARG001
-    raise WireError("an extension type")
-
-
-def frame_length(header: bytes) -> int:
-    """Return the body's length from a frame's first four bytes.
-
-    Parameters
-    ----------
-    header : bytes
-        Exactly four bytes.
-
-    Returns
-    -------
-    int
-        How many bytes follow.
-
-    Raises
-    ------
-    WireError
-        If they announce more than `MAX_FRAME`.
-
-    Examples
-    --------
-    >>> frame_length(pack([1, 2])[:4])
-    3
-    """
-    (length,) = struct.unpack(">I", header)
-    if length > MAX_FRAME:
-        raise WireError(f"a frame of {length} bytes is announced; at most {MAX_FRAME}")
-    return length

@@ -6,10 +6,10 @@ import socket
 import time
 from typing import Any
 
-from .. import wire
+from .. import frames
 
 
-class Closed(ConnectionError):
+class Closed(ConnectionError):  # noqa: N818  (a state of the channel as much as an error)
     """The other side is gone."""
 
 
@@ -39,7 +39,7 @@ class Channel:
         Parameters
         ----------
         message : object
-            What `wire.pack` takes.
+            What `frames.pack` takes.
         timeout : float, optional
             Most seconds the other side may take to read it.
 
@@ -50,7 +50,7 @@ class Channel:
         TimeoutError
             If it does not read.
         """
-        self.send_frame(wire.pack(message), timeout)
+        self.send_frame(frames.pack(message), timeout)
 
     def send_frame(self, frame: bytes, timeout: float | None = None) -> None:
         """Send a frame that is already packed; see :meth:`send`."""
@@ -73,7 +73,7 @@ class Channel:
         Returns
         -------
         object
-            What `wire.unpack` gives.
+            What `frames.unpack` gives.
 
         Raises
         ------
@@ -84,12 +84,12 @@ class Channel:
         wire.WireError
             If it is no frame.
         """
-        return wire.unpack(self.receive_frame(timeout))
+        return frames.unpack(self.receive_frame(timeout))
 
     def receive_frame(self, timeout: float | None = None) -> bytes:
         """Return the body of the next frame without reading it; see :meth:`receive`."""
         deadline = None if timeout is None else time.monotonic() + timeout
-        return self._exactly(wire.frame_length(self._exactly(4, deadline)), deadline)
+        return self._exactly(frames.frame_length(self._exactly(4, deadline)), deadline)
 
     def _exactly(self, count: int, deadline: float | None) -> bytes:
         parts = []

@@ -179,7 +179,9 @@ class State:
             except BaseException as error:  # noqa: BLE001  (whatever a submission raises is an answer)
                 result = self.raised(error)
         after = [_encode_or_none(value) for _, value in places]
-        changed = [[place, new] for (place, _), old, new in zip(places, before, after, strict=True) if new != old]
+        changed = [
+            [place, new] for (place, _), old, new in zip(places, before, after, strict=True) if new != old
+        ]
         printed = "".join(o["text"] for o in recorder.finish() if o.get("name") == "stdout")
         return [*result, changed, printed]
 

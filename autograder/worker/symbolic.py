@@ -44,7 +44,9 @@ def evaluate(expression: Any, values: dict[str, float]) -> Any:
 
     expression = sympy.sympify(expression)
     if isinstance(expression, (sympy.MatrixBase, sympy.NDimArray, list, tuple, sympy.Tuple)):
-        array = np.array(expression.tolist() if hasattr(expression, "tolist") else list(expression), dtype=object)
+        array = np.array(
+            expression.tolist() if hasattr(expression, "tolist") else list(expression), dtype=object
+        )
         numbers = np.array([_number(entry, values) for entry in array.ravel()])
         return numbers.reshape(array.shape)
     return _number(expression, values)

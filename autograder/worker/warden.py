@@ -1,9 +1,9 @@
-"""The first process of one notebook's pid namespace: forks states, routes requests, keeps time, and never runs a line
-of the submission.
+"""The first process of one notebook's pid namespace.
 
-It keeps a stack of *states*, processes that wait. A cell runs in a fork of the newest one; where it ends well its fork
-becomes the newest, where it dies or overruns it is ended and the state before it stands. A *mark* keeps a state for a
-test cell; the test cell's calls go to a fork of the mark which is ended afterwards.
+It forks states, routes requests, keeps time, and never runs a line of the submission. It keeps a stack of *states*,
+processes that wait. A cell runs in a fork of the newest one; where it ends well its fork becomes the newest, where it
+dies or overruns it is ended and the state before it stands. A *mark* keeps a state for a test cell; the test cell's
+calls go to a fork of the mark which is ended afterwards.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from .. import wire
+from .. import frames, wire
 from . import limits as limits_
 from . import state as state_
 from .channel import Channel, Closed, pair
@@ -32,8 +32,11 @@ SNAPSHOT_BYTES = 64 * 1024**2
 
 
 class Ended(Exception):  # noqa: N818
-    """A state process did not answer; `reason` says why: ``died``, ``cpu``, ``wall``, ``cell`` or
-    ``notebook`` (their time is used up), ``protocol`` or ``lost`` (the state before it is gone)."""
+    """A state process did not answer.
+
+    The reason is ``died``, ``cpu``, ``wall``, ``cell`` or ``notebook`` (their time is used up), ``protocol``, or
+    ``lost`` (the state before it is gone).
+    """
 
     def __init__(self, reason: str) -> None:
         super().__init__(reason)
@@ -106,7 +109,7 @@ class Warden:
                 answer = ["ended", ended.reason, self.left]
             except OSError as error:
                 answer = ["ended", f"died: {error.strerror}", self.left]
-            self.grader.send_frame(answer if isinstance(answer, bytes) else wire.pack(answer))
+            self.grader.send_frame(answer if isinstance(answer, bytes) else frames.pack(answer))
 
     def fork(self, holder: Holder) -> Holder:
         """Fork a state; the old one waits on."""
@@ -115,7 +118,12 @@ class Warden:
             holder.channel.send(["fork"], FORK_TIMEOUT)
             holder.channel.send_descriptor(theirs.fileno())
             reply = holder.channel.receive(FORK_TIMEOUT)
-            if type(reply) is not list or len(reply) != 2 or reply[0] != "forked" or type(reply[1]) is not int:
+            if (
+                type(reply) is not list
+                or len(reply) != 2
+                or reply[0] != "forked"
+                or type(reply[1]) is not int
+            ):
                 raise Ended("lost")
         except (Closed, TimeoutError, wire.WireError) as error:
             ours.close()
@@ -184,7 +192,7 @@ class Warden:
             raise Ended("notebook")
         child = self.fork(self.top)
         try:
-            body = self.ask(child, wire.pack(["cell", source]), self.limits.cell_cpu)
+            body = self.ask(child, frames.pack(["cell", source]), self.limits.cell_cpu)
         except Ended:
             child.end()
             raise
@@ -195,7 +203,7 @@ class Warden:
 
     def answer(self, body: bytes) -> bytes:
         """Wrap what a state said, unread: the grader checks it."""
-        return wire.pack(["answer", body, self.left])
+        return frames.pack(["answer", body, self.left])
 
     def do_mark(self, number: int) -> list:
         """Keep the newest state, and the files as they are, for a test cell."""
@@ -228,7 +236,7 @@ class Warden:
             raise Ended("cell" if self.left > 0 else "notebook")
         before = self.left
         try:
-            return self.answer(self.ask(self.scratch, wire.frame(request), cpu))
+            return self.answer(self.ask(self.scratch, frames.frame(request), cpu))
         except Ended:
             self.end_scratch()
             raise

@@ -1,0 +1,54 @@
+"""Feedback that shows what was tested and how it went, and nothing that was hidden."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Any
+
+from nbformat.v4 import new_markdown_cell
+from nbgrader.preprocessors import NbGraderPreprocessor
+
+from .outputs import error
+from .repair import NOTICE
+from .roles import has_hidden_part, role_of, visible_part
+
+if TYPE_CHECKING:
+    from nbformat import NotebookNode
+
+PLACEHOLDER = "# (hidden tests)"
+# Errors whose text is the grader's own, not the submission's.
+_OWN = frozenset({"GraderError", "SubmissionStopped", "LimitExceeded", "ProcessDied", "CellStopped"})
+
+
+class LeakFreeFeedback(NbGraderPreprocessor):
+    """Take hidden tests, their inputs and what hidden calls printed out of a notebook before a student sees it."""
+
+    def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
+        """Return the notebook as a student may see it."""
+        for cell in nb.cells:
+            if cell.cell_type == "code" and role_of(cell) == "test" and has_hidden_part(cell.source):
+                cell.source = visible_part(cell.source).rstrip() + "\n" + PLACEHOLDER
+                cell.outputs = [shown for output in cell.outputs if (shown := _shown(output)) is not None]
+        notices = nb.metadata.get(NOTICE, [])
+        if notices:
+            text = "**Notes on this file**\n\n" + "\n".join(f"* {_plain(notice)}" for notice in notices)
+            nb.cells.insert(0, new_markdown_cell(text))
+        return nb, resources
+
+
+def _shown(output: Any) -> Any:
+    """Return what a student sees of a hidden test's output: reports, scores, and which error it was."""
+    if output.output_type == "stream":
+        return None
+    if output.output_type != "error" or output.ename in _OWN:
+        return output
+    if (
+        output.ename == "NameError"
+        and output.evalue.startswith("name '")
+        and output.evalue.endswith("' is not defined")
+    ):
+        return error(output.ename, output.evalue)
+    return error(output.ename, "a hidden test failed")
+
+
+def _plain(text: str) -> str:
+    return "".join(c if c.isalnum() or c in " .,:;()'-_/" else " " for c in text)

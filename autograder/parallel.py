@@ -1,0 +1,281 @@
+"""`nbgrader autograde`, several notebooks at a time.
+
+nbgrader's own `Autograde` takes one notebook after the other through sanitizing, execution and storing. Here execution,
+which takes the time and needs no gradebook, is handed to a pool; sanitizing and storing stay in this process, which is
+the only one that writes.
+
+A submission that is being graded carries a marker in its folder of `autograded`. Where the grader was killed, the next
+run finds the marker and grades that submission again; finished ones are skipped as nbgrader does.
+"""
+
+from __future__ import annotations
+
+import glob
+import os
+import re
+import sys
+import time
+from concurrent.futures import FIRST_COMPLETED, Future, wait
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import nbformat
+from nbformat.v4 import new_notebook
+from nbgrader import utils
+from nbgrader.api import Gradebook, MissingEntry
+from nbgrader.converters import Autograde
+from nbgrader.converters.base import NbGraderException
+from sqlalchemy.exc import OperationalError
+from traitlets import Bool, Integer
+
+from .isolated import IsolatedExecute
+from .pool import Pool
+from .repair import read_submission
+from .sandbox import SandboxError
+
+MARKER = ".being-graded"
+AHEAD = 4  # submissions prepared for each process of the pool
+
+
+@dataclass
+class Submission:
+    """One student's assignment on its way.
+
+    Attributes
+    ----------
+    student, assignment : str
+        Whose, and which.
+    files : list of str
+        Its notebooks in the submitted folder, those that are missing included.
+    jobs : dict of str to concurrent.futures.Future
+        The executed notebook by file.
+    """
+
+    student: str
+    assignment: str
+    files: list[str]
+    jobs: dict[str, Future[str]] = field(default_factory=dict)
+
+    @property
+    def done(self) -> bool:
+        """Whether all its notebooks have been executed."""
+        return all(future.done() for future in self.jobs.values())
+
+
+class Progress:
+    """A line on a terminal that says how far the class is; nothing where there is no terminal.
+
+    Parameters
+    ----------
+    total : int
+        Submissions to grade.
+    shown : bool
+        Whether to show it.
+    """
+
+    def __init__(self, total: int, *, shown: bool) -> None:
+        self.total, self.done, self.shown, self.began = total, 0, shown, time.monotonic()
+
+    def step(self, name: str) -> None:
+        """One submission more is done."""
+        self.done += 1
+        if self.shown:
+            seconds = time.monotonic() - self.began
+            filled = 30 * self.done // max(self.total, 1)
+            left = seconds / self.done * (self.total - self.done)
+            bar = "#" * filled + "." * (30 - filled)
+            end = "\n" if self.done == self.total else ""
+            sys.stderr.write(
+                f"\r[{bar}] {self.done}/{self.total}  {seconds:.0f} s, {left:.0f} s left  {name[:24]:24}{end}"
+            )
+            sys.stderr.flush()
+
+
+class ParallelAutograde(Autograde):
+    """nbgrader's autograding step with the execution of notebooks in a pool of processes."""
+
+    jobs = Integer(0, help="How many notebooks are executed at a time; 0 for one per processor.").tag(
+        config=True
+    )
+    progress = Bool(True, help="Show a progress bar where there is a terminal.").tag(config=True)
+
+    def init_notebooks(self) -> None:
+        """Find the submissions, also those in whose folder there is no notebook: they get their row too."""
+        try:
+            super().init_notebooks()
+        except NbGraderException:
+            if not self._empty_folders():
+                raise
+        for folder in self._empty_folders():
+            self.assignments.setdefault(folder, [])
+
+    def _empty_folders(self) -> list[str]:
+        if self.coursedir.notebook_id != "*":
+            return []
+        pattern = self._format_source(self.coursedir.assignment_id, self.coursedir.student_id)
+        return [folder for folder in glob.glob(pattern) if os.path.isdir(folder)]  # noqa: PTH112, PTH207
+
+    def convert_notebooks(self) -> None:
+        """Grade all submissions that need it."""
+        isolated = IsolatedExecute(parent=self)
+        todo = [self._submission(folder) for folder in sorted(self.assignments)]
+        progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
+        errors: list[Submission] = []
+        under_way: list[Submission] = []
+        jobs = self.jobs or os.cpu_count() or 1
+        with Pool(jobs) as pool:
+            while todo or under_way:
+                while todo and len(under_way) < AHEAD * jobs:
+                    submission = todo.pop(0)
+                    if self._attempt(
+                        submission, errors, lambda s=submission: self._prepare(s, isolated, pool)
+                    ):
+                        under_way.append(submission)
+                    else:
+                        progress.step(submission.student)
+                futures = [future for submission in under_way for future in submission.jobs.values()]
+                if futures and not any(submission.done for submission in under_way):
+                    wait([future for future in futures if not future.done()], return_when=FIRST_COMPLETED)
+                for submission in [s for s in under_way if s.done]:
+                    under_way.remove(submission)
+                    self._attempt(submission, errors, lambda s=submission: self._store(s))
+                    progress.step(submission.student)
+        if errors:
+            for submission in errors:
+                self.log.error(
+                    "%s of %s could not be graded and waits for a person",
+                    submission.assignment,
+                    submission.student,
+                )
+            raise NbGraderException("some submissions could not be graded; the log says why")
+
+    def _submission(self, folder: str) -> Submission:
+        regexp = self._format_source("(?P<assignment_id>.*)", "(?P<student_id>.*)", escape=True)
+        match = re.match(regexp, folder)
+        if match is None:
+            raise NbGraderException(f"Could not match {folder!r} with {regexp!r}")
+        return Submission(match["student_id"], match["assignment_id"], sorted(self.assignments[folder]))
+
+    def _attempt(self, submission: Submission, errors: list[Submission], step: Any) -> bool:
+        """Do one step; what goes wrong with a submission must not touch another one."""
+        try:
+            return step() is not False
+        except (SandboxError, OperationalError) as error:
+            self._remove(submission)
+            raise NbGraderException(str(error)) from error
+        except KeyboardInterrupt:
+            self._remove(submission)
+            raise
+        except NbGraderException:
+            raise
+        except Exception:
+            self.log.exception("grading %s of %s failed", submission.assignment, submission.student)
+            errors.append(submission)
+            self._remove(submission)
+            self._flag(submission)
+            return False
+
+    def _folder(self, submission: Submission) -> Path:
+        return Path(os.path.normpath(self._format_dest(submission.assignment, submission.student)))
+
+    def _remove(self, submission: Submission) -> None:
+        folder = self._folder(submission)
+        if folder.exists():
+            utils.rmtree(str(folder))
+
+    def _flag(self, submission: Submission) -> None:
+        """Give every grade cell of a submission its row, without a score, for a person to look at."""
+        with Gradebook(self.coursedir.db_url, self.coursedir.course_id) as gradebook:
+            try:
+                found = gradebook.find_submission(submission.assignment, submission.student)
+            except MissingEntry:
+                return
+            for notebook in found.notebooks:
+                for grade in notebook.grades:
+                    grade.auto_score = None
+                    grade.needs_manual_grade = True
+            gradebook.db.commit()
+
+    # before execution
+
+    def _prepare(self, submission: Submission, isolated: IsolatedExecute, pool: Pool) -> bool:
+        """Sanitize a submission and hand its notebooks to the pool; return whether there is anything to do."""
+        folder = self._folder(submission)
+        if (folder / MARKER).exists():
+            self.log.warning(
+                "Grading %s of %s again: the last run was interrupted",
+                submission.assignment,
+                submission.student,
+            )
+            utils.rmtree(str(folder))
+        self._sanitizing = True
+        self.notebooks = submission.files
+        if not self.init_destination(submission.assignment, submission.student):
+            return False
+        folder.mkdir(parents=True, exist_ok=True)
+        (folder / MARKER).touch()
+        self.notebooks = submission.files = self._with_missing(submission)
+        self.run_pre_convert_hook()
+        self.init_assignment(submission.assignment, submission.student)
+        submission.files = list(self.notebooks)
+        for filename in submission.files:
+            notebook, resources = self._sanitize(filename)
+            if not isolated.trust_submissions:
+                submission.jobs[filename] = pool.submit(isolated.job(notebook, resources))
+        return True
+
+    def _with_missing(self, submission: Submission) -> list[str]:
+        """Return a submission's notebooks and those of the assignment that it lacks."""
+        if self.coursedir.notebook_id != "*":
+            return submission.files
+        source = self._format_source(submission.assignment, submission.student)
+        with Gradebook(self.coursedir.db_url, self.coursedir.course_id) as gradebook:
+            try:
+                names = [
+                    notebook.name for notebook in gradebook.find_assignment(submission.assignment).notebooks
+                ]
+            except MissingEntry:
+                return submission.files
+        return sorted({*submission.files, *(os.path.join(source, f"{name}.ipynb") for name in names)})  # noqa: PTH118
+
+    def _sanitize(self, filename: str) -> tuple[Any, dict[str, Any]]:
+        """Repair and restore one notebook and write it to the autograded folder."""
+        self.log.info("Sanitizing %s", filename)
+        resources = self.init_single_notebook_resources(filename)
+        info = resources["nbgrader"]
+        notebook, info["unreadable"] = read_submission(Path(filename))
+        release = self.coursedir.format_path(self.coursedir.release_directory, ".", info["assignment"])
+        info["release_file"] = Path(release, f"{info['notebook']}.ipynb")
+        folder = self._format_dest(info["assignment"], info["student"])
+        resources["metadata"] = {"name": info["notebook"], "path": folder}
+        self._init_preprocessors()
+        output, resources = self.exporter.from_notebook_node(notebook or new_notebook(), resources=resources)
+        self.write_single_notebook(output, resources)
+        return nbformat.reads(output, as_version=4), resources
+
+    # after execution
+
+    def _store(self, submission: Submission) -> bool:
+        """Save grades and the executed notebooks of a submission."""
+        self.notebooks = submission.files
+        self._sanitizing = False
+        self._init_preprocessors()
+        try:
+            for filename in submission.files:
+                self._store_notebook(filename, submission)
+        finally:
+            self._sanitizing = True
+        (self._folder(submission) / MARKER).unlink()
+        self.set_permissions(submission.assignment, submission.student)
+        self.run_post_convert_hook()
+        return True
+
+    def _store_notebook(self, filename: str, submission: Submission) -> None:
+        restored = str(self._folder(submission) / Path(filename).name)
+        resources = self.init_single_notebook_resources(restored)
+        if filename in submission.jobs:
+            resources["nbgrader"]["executed"] = submission.jobs[filename].result()
+        with utils.setenv(NBGRADER_EXECUTION="autograde"):
+            output, resources = self.exporter.from_filename(restored, resources=resources)
+        self.write_single_notebook(output, resources)

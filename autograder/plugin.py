@@ -1,0 +1,68 @@
+"""What turns isolation on in a course: two lines in its `nbgrader_config.py`.
+
+>>> from autograder.plugin import configure        # doctest: +SKIP
+>>> configure(c)                                   # doctest: +SKIP
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from traitlets.config import Config
+
+SANITIZE = (
+    "autograder.repair.RepairNotebook",  # first: what follows expects a valid notebook
+    "nbgrader.preprocessors.ClearOutput",
+    "nbgrader.preprocessors.DeduplicateIds",
+    "nbgrader.preprocessors.OverwriteKernelspec",
+    "nbgrader.preprocessors.OverwriteCells",
+    "nbgrader.preprocessors.CheckCellMetadata",
+)
+AUTOGRADE = (
+    "autograder.isolated.IsolatedExecute",  # in the place of nbgrader's Execute
+    "nbgrader.preprocessors.IgnorePattern",
+    "nbgrader.preprocessors.LimitOutput",
+    "nbgrader.preprocessors.SaveAutoGrades",
+    "autograder.isolated.FlagForReview",  # after the grades are saved: takes back what a person must decide
+    "nbgrader.preprocessors.AssignLatePenalties",
+    "nbgrader.preprocessors.CheckCellMetadata",
+)
+FEEDBACK = (
+    "nbgrader.preprocessors.GetGrades",
+    "autograder.feedback.LeakFreeFeedback",
+    "nbconvert.preprocessors.CSSHTMLHeaderPreprocessor",
+)
+
+
+def configure(c: Config) -> None:
+    """Let stock `nbgrader autograde` and `generate_feedback` isolate submissions and keep hidden tests hidden.
+
+    Parameters
+    ----------
+    c : traitlets.config.Config
+        The configuration object of `nbgrader_config.py`.
+    """
+    c.Autograde.sanitize_preprocessors = [_load(name) for name in SANITIZE]
+    c.Autograde.autograde_preprocessors = [_load(name) for name in AUTOGRADE]
+    c.GenerateFeedback.preprocessors = [_load(name) for name in FEEDBACK]
+    c.HTMLExporter.sanitize_html = True  # a submission's Markdown must not run in a reader's browser
+    use_parallel_autograde()
+
+
+def use_parallel_autograde() -> None:
+    """Put `ParallelAutograde` where the command line and the formgrader look for nbgrader's `Autograde`."""
+    import nbgrader.apps.api  # noqa: PLC0415
+    import nbgrader.apps.autogradeapp  # noqa: PLC0415
+
+    from .parallel import ParallelAutograde  # noqa: PLC0415
+
+    nbgrader.apps.api.Autograde = ParallelAutograde
+    nbgrader.apps.autogradeapp.Autograde = ParallelAutograde
+
+
+def _load(dotted: str) -> type:
+    import importlib  # noqa: PLC0415
+
+    module, _, name = dotted.rpartition(".")
+    return getattr(importlib.import_module(module), name)

@@ -1,0 +1,242 @@
+"""Executing notebooks in processes of their own, several at a time.
+
+A process of the pool holds the trusted side: the tests, the reference, and one warm sandbox. It does not hold the
+gradebook: what comes back is an executed notebook, and one writer stores it.
+"""
+
+from __future__ import annotations
+
+import atexit
+import os
+import pickle
+import struct
+import subprocess
+import sys
+import threading
+from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import IO
+
+import nbformat
+
+from .sandbox import Sandbox, SandboxError
+from .worker.limits import Limits
+
+ATTEMPTS = 2
+
+
+@dataclass(frozen=True)
+class Job:
+    """The execution of one notebook, as data.
+
+    Attributes
+    ----------
+    key : str
+        Student, assignment and notebook.
+    notebook : str
+        The restored notebook, in JSON.
+    release : dict of str to str
+        Released source by grade id.
+    files : dict of str to tuple of (bytes, int)
+        The notebook's folder.
+    limits : tuple of float
+        See `worker.limits.Limits.to_list`.
+    packages, hidden : tuple of str
+        See `sandbox.Sandbox`.
+    problem : str
+        Why it cannot be executed at all; empty where it can.
+    """
+
+    key: str
+    notebook: str
+    release: dict[str, str]
+    files: dict[str, tuple[bytes, int]]
+    limits: tuple[float, ...]
+    packages: tuple[str, ...]
+    hidden: tuple[str, ...] = ()
+    problem: str = ""
+
+
+_sandboxes: dict[tuple, Sandbox] = {}
+
+
+def _close_sandboxes() -> None:
+    while _sandboxes:
+        _sandboxes.popitem()[1].close()
+
+
+def _sandbox(job: Job) -> Sandbox:
+    key = (job.packages, job.hidden)
+    if key not in _sandboxes:
+        _close_sandboxes()
+        _sandboxes[key] = Sandbox(job.packages, job.hidden)
+        atexit.register(_close_sandboxes)
+    return _sandboxes[key]
+
+
+def execute(job: Job) -> str:
+    """Execute a notebook in this process.
+
+    Parameters
+    ----------
+    job : Job
+        What to execute.
+
+    Returns
+    -------
+    str
+        The executed notebook, in JSON. Where it could not be executed, every test cell says why and is flagged.
+
+    Raises
+    ------
+    SandboxError
+        If no sandbox can be had at all.
+    """
+    from .execute import Execution  # noqa: PLC0415  (the parent process needs no IPython)
+
+    if job.problem:
+        return failed(job, job.problem)
+    for attempt in range(ATTEMPTS):
+        sandbox = _sandbox(job)
+        notebook = nbformat.reads(job.notebook, as_version=4)
+        try:
+            Execution(notebook, job.release, sandbox, Limits.from_list(list(job.limits)), job.files).run()
+        except SandboxError:
+            _close_sandboxes()
+            if attempt + 1 == ATTEMPTS:
+                return failed(job, "the sandbox ended while this notebook ran, twice")
+        except Exception as error:  # noqa: BLE001  (whatever goes wrong in the grader: a person, never a silent 0)
+            return failed(job, f"the grader itself failed: {type(error).__name__}: {error}")
+        else:
+            return nbformat.writes(notebook, version=4)
+    raise AssertionError  # pragma: no cover
+
+
+def failed(job: Job, reason: str) -> str:
+    """Return a notebook whose test cells are all flagged with a reason."""
+    from .outputs import error  # noqa: PLC0415
+    from .roles import REVIEW, role_of  # noqa: PLC0415
+
+    notebook = nbformat.reads(job.notebook, as_version=4)
+    for cell in notebook.cells:
+        if cell.cell_type == "code" and role_of(cell) == "test":
+            cell.metadata[REVIEW] = reason
+            cell.outputs = [error("GraderError", f"a person will look at this cell: {reason}")]
+    return nbformat.writes(notebook, version=4)
+
+
+def serve(source: IO[bytes], sink: IO[bytes]) -> None:
+    """Execute jobs from one pipe and write results to another, until the first one ends."""
+    while header := source.read(4):
+        job = pickle.loads(source.read(*struct.unpack(">I", header)))  # noqa: S301  (from our own parent process)
+        try:
+            kind, text = b"+", execute(job)
+        except SandboxError as error:
+            kind, text = b"-", str(error)
+        body = kind + text.encode()
+        sink.write(struct.pack(">I", len(body)) + body)
+        sink.flush()
+
+
+class _Process:
+    """A process that executes jobs; started again where it died."""
+
+    def __init__(self) -> None:
+        self.process: subprocess.Popen[bytes] | None = None
+
+    def execute(self, job: Job) -> str:
+        """Execute a job; where the process dies meanwhile, once more."""
+        for _ in range(ATTEMPTS):
+            try:
+                return self._once(job)
+            except (EOFError, BrokenPipeError):
+                self.close()
+        return failed(job, "the grader's process died while this notebook ran")
+
+    def _once(self, job: Job) -> str:
+        process = self.process = self.process or self._start()
+        data = pickle.dumps(job)
+        process.stdin.write(struct.pack(">I", len(data)) + data)
+        process.stdin.flush()
+        wall = Limits.from_list(list(job.limits)).wall(job.limits[2])
+        watchdog = threading.Timer(6 * wall + 300, process.kill)
+        watchdog.start()
+        try:
+            header = process.stdout.read(4)
+            if len(header) < 4:
+                raise EOFError
+            (length,) = struct.unpack(">I", header)
+            body = process.stdout.read(length)
+            if len(body) < length:
+                raise EOFError
+        finally:
+            watchdog.cancel()
+        if body[:1] == b"-":
+            raise SandboxError(body[1:].decode())
+        return body[1:].decode()
+
+    def _start(self) -> subprocess.Popen[bytes]:
+        threads = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
+        return subprocess.Popen(
+            [sys.executable, "-m", "autograder.pool_process"],
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, env={**os.environ, **threads},
+        )  # fmt: skip
+
+    def close(self) -> None:
+        """End the process and, with it, its sandbox."""
+        if self.process is None:
+            return
+        process, self.process = self.process, None
+        try:
+            process.stdin.close()
+            process.wait(10)
+        except (OSError, subprocess.TimeoutExpired):
+            process.kill()
+            process.wait()
+        process.stdout.close()
+
+
+class Pool:
+    """Processes that execute jobs; a context manager.
+
+    Parameters
+    ----------
+    processes : int
+        How many.
+    """
+
+    def __init__(self, processes: int) -> None:
+        self._threads = ThreadPoolExecutor(processes, thread_name_prefix="grading")
+        self._own = threading.local()
+        self._all: list[_Process] = []
+
+    def __enter__(self) -> Pool:  # noqa: PYI034
+        return self
+
+    def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
+        self._threads.shutdown(wait=kind is None, cancel_futures=True)
+        for process in self._all:
+            if kind is not None and process.process is not None:
+                process.process.kill()
+            process.close()
+
+    def submit(self, job: Job) -> Future[str]:
+        """Execute a job in some process.
+
+        Parameters
+        ----------
+        job : Job
+            What to execute.
+
+        Returns
+        -------
+        concurrent.futures.Future of str
+            The executed notebook, in JSON. Its exception is `SandboxError` where no sandbox can be had.
+        """
+        return self._threads.submit(self._execute, job)
+
+    def _execute(self, job: Job) -> str:
+        if not hasattr(self._own, "process"):
+            self._own.process = _Process()
+            self._all.append(self._own.process)
+        return self._own.process.execute(job)

@@ -1,0 +1,256 @@
+"""Bringing whatever was handed in into the shape of the release.
+
+A student may duplicate, delete, rename, retype or empty cells, and so may an editor gone wrong. Repair rebuilds every
+cell from the few fields that matter, gives those that the gradebook knows their own metadata back, and adds what is
+missing, so that every grade cell gets its row whatever the file looked like. A file that cannot be read at all is
+replaced by the release with the reason on top.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import nbformat
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
+from nbgrader.api import Gradebook, MissingEntry
+from nbgrader.preprocessors import NbGraderPreprocessor
+
+if TYPE_CHECKING:
+    from collections.abc import Sequence
+    from pathlib import Path
+
+    from nbformat import NotebookNode
+
+MAX_BYTES = 50 * 1024 * 1024
+SCHEMA_VERSION = 3
+NOTICE = "grading_notice"
+_NEW = {"code": new_code_cell, "markdown": new_markdown_cell, "raw": new_raw_cell}
+
+
+@dataclass(frozen=True)
+class Released:
+    """A cell of the release, as the gradebook keeps it.
+
+    Attributes
+    ----------
+    name : str
+        Its grade id.
+    cell_type, source, checksum : str
+        What students were given.
+    locked, grade, solution, task : bool
+        What nbgrader does with it.
+    points : float
+        What it is worth; 0 where it is not graded.
+    """
+
+    name: str
+    cell_type: str
+    source: str
+    checksum: str
+    locked: bool
+    grade: bool
+    solution: bool
+    task: bool
+    points: float
+
+    def metadata(self) -> dict[str, Any]:
+        """Return nbgrader's metadata of the cell."""
+        found = {
+            "grade_id": self.name, "grade": self.grade, "solution": self.solution, "task": self.task,
+            "locked": self.locked, "cell_type": self.cell_type, "checksum": self.checksum,
+            "schema_version": SCHEMA_VERSION,
+        }  # fmt: skip
+        return found | ({"points": self.points} if self.grade or self.task else {})
+
+
+def read_release(db_url: str, assignment: str, notebook: str, order: Path | None = None) -> list[Released]:
+    """Return the cells of a release from the gradebook, in their order.
+
+    Parameters
+    ----------
+    db_url : str
+        The gradebook.
+    assignment, notebook : str
+        Which notebook.
+    order : pathlib.Path, optional
+        The released file: a database keeps no order.
+
+    Returns
+    -------
+    list of Released
+        Every cell that nbgrader keeps track of.
+    """
+    with Gradebook(db_url) as gradebook:
+        found = gradebook.find_notebook(notebook, assignment)
+        points = {cell.name: cell.max_score for cell in [*found.grade_cells, *found.task_cells]}
+        grades = {cell.name for cell in found.grade_cells}
+        solutions = {cell.name for cell in found.solution_cells}
+        tasks = {cell.name for cell in found.task_cells}
+        cells = [
+            Released(
+                cell.name, cell.cell_type, cell.source or "", cell.checksum, bool(cell.locked), cell.name in grades,
+                cell.name in solutions, cell.name in tasks, float(points.get(cell.name, 0.0)),
+            )
+            for cell in found.source_cells
+        ]  # fmt: skip
+    place = _places(order)
+    return sorted(cells, key=lambda cell: place.get(cell.name, len(place)))
+
+
+def _places(path: Path | None) -> dict[str, int]:
+    if path is None or not path.is_file():
+        return {}
+    cells = json.loads(path.read_text(encoding="utf-8")).get("cells", [])
+    ids = [cell.get("metadata", {}).get("nbgrader", {}).get("grade_id") for cell in cells]
+    return {name: i for i, name in enumerate(ids) if name}
+
+
+def read_submission(path: Path) -> tuple[NotebookNode | None, str]:  # noqa: PLR0911  (a return for each fault)
+    """Read a submitted file; return the notebook, or None and why it cannot be read."""
+    try:
+        if path.stat().st_size > MAX_BYTES:
+            return None, f"the file is larger than {MAX_BYTES // 1024**2} MB"
+        raw = json.loads(path.read_text(encoding="utf-8"))
+        notebook = nbformat.reads(json.dumps(raw), as_version=4) if _is_old(raw) else nbformat.from_dict(raw)
+    except FileNotFoundError:
+        return None, f"no file {path.name} was handed in"
+    except (OSError, UnicodeDecodeError) as error:
+        return None, f"the file cannot be read ({type(error).__name__})"
+    except RecursionError:
+        return None, "the file is nested too deeply to be a notebook"
+    except json.JSONDecodeError as error:
+        return (
+            None,
+            f"the file is not a notebook: it is not JSON from line {error.lineno}, column {error.colno} on",
+        )
+    except Exception as error:  # noqa: BLE001  (upgrading an old format may fail in any way)
+        return None, f"the file is not a notebook ({type(error).__name__})"
+    if not isinstance(notebook, dict) or not isinstance(notebook.get("cells"), list):
+        return None, "the file is not a notebook: it has no list of cells"
+    return notebook, ""
+
+
+def _is_old(raw: object) -> bool:
+    return isinstance(raw, dict) and isinstance(raw.get("nbformat"), int) and raw["nbformat"] < 4
+
+
+def repair(notebook: NotebookNode | None, released: Sequence[Released], reason: str = "") -> NotebookNode:
+    """Return a valid notebook that has every graded cell of the release exactly once.
+
+    Parameters
+    ----------
+    notebook : NotebookNode or None
+        What was handed in; None where it could not be read.
+    released : sequence of Released
+        The release.
+    reason : str, optional
+        Why it could not be read, for the student.
+
+    Returns
+    -------
+    NotebookNode
+        A new notebook. What was mended is listed in its metadata under `NOTICE`.
+    """
+    known = {cell.name: cell for cell in released}
+    notices = [reason] if reason else []
+    rebuilt = [_rebuild(cell) for cell in (notebook or {}).get("cells", [])]
+    cells = [cell for cell in rebuilt if cell is not None]
+    if len(cells) < len(rebuilt):
+        notices.append(f"{len(rebuilt) - len(cells)} cells were not cells and have been left out")
+    _name_cells(cells, known, notices)
+    _add_missing(cells, released, notices, whole=notebook is None)
+    if reason:
+        cells.insert(0, new_markdown_cell(f"**This notebook was not graded as handed in: {reason}.**"))
+    for number, cell in enumerate(cells):
+        cell["id"] = f"cell-{number}"
+    result = new_notebook(cells=cells)
+    result.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
+    if notices:
+        result.metadata[NOTICE] = notices
+    return result
+
+
+def _rebuild(cell: object) -> NotebookNode | None:
+    """Return a cell with the fields that matter, None where there is no cell in it."""
+    if not isinstance(cell, dict) or cell.get("cell_type") not in _NEW:
+        return None
+    source = cell.get("source", "")
+    if isinstance(source, list) and all(isinstance(line, str) for line in source):
+        source = "".join(source)
+    if not isinstance(source, str):
+        return None
+    metadata = cell.get("metadata")
+    metadata = metadata if isinstance(metadata, dict) else {}
+    nbgrader = metadata.get("nbgrader")
+    name = nbgrader.get("grade_id") if isinstance(nbgrader, dict) else None
+    made = _NEW[cell["cell_type"]](source.encode("utf-8", "replace").decode("utf-8"))
+    if isinstance(name, str):
+        made.metadata["nbgrader"] = {"grade_id": name}
+    return made
+
+
+def _name_cells(cells: list[NotebookNode], known: dict[str, Released], notices: list[str]) -> None:
+    """Give cells of the release their metadata; of a duplicated cell the last is it, as nbgrader has it."""
+    seen: set[str] = set()
+    for i in range(len(cells) - 1, -1, -1):
+        name = cells[i].metadata.pop("nbgrader", {}).get("grade_id")
+        if name not in known:
+            if name is not None:
+                notices.append(f"a cell of the unknown name {name[:60]!r} was taken as a cell of your own")
+            continue
+        if name in seen:
+            notices.append(f"the cell {name} was there more than once; the last one counts")
+            if known[name].locked:
+                cells[i].source = ""
+            continue
+        seen.add(name)
+        cells[i] = _of_release(known[name], None if known[name].locked else cells[i].source)
+
+
+def _of_release(released: Released, source: str | None = None) -> NotebookNode:
+    cell = _NEW[released.cell_type](released.source if source is None else source)
+    cell.metadata["nbgrader"] = released.metadata()
+    return cell
+
+
+def _add_missing(
+    cells: list[NotebookNode], released: Sequence[Released], notices: list[str], *, whole: bool
+) -> None:
+    """Put cells of the release that are missing after the one they followed there."""
+
+    def place(name: str) -> int | None:
+        return next(
+            (i for i, c in enumerate(cells) if c.metadata.get("nbgrader", {}).get("grade_id") == name), None
+        )
+
+    before: str | None = None
+    for cell in released:
+        if place(cell.name) is None:
+            if cell.solution and not cell.grade and not whole:
+                continue  # the student's own code may stand elsewhere: nothing is put in its place
+            at = 0 if before is None else (place(before) or 0) + 1
+            cells.insert(at, _of_release(cell))
+            if not whole:
+                notices.append(f"the cell {cell.name} was missing and has been put back")
+        before = cell.name
+
+
+class RepairNotebook(NbGraderPreprocessor):
+    """The first step of `nbgrader autograde`: see :func:`repair`."""
+
+    def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
+        """Return the repaired notebook."""
+        info = resources["nbgrader"]
+        try:
+            released = read_release(
+                info["db_url"], info["assignment"], info["notebook"], info.get("release_file")
+            )
+        except MissingEntry:
+            return nb, resources  # an unknown notebook: nbgrader itself leaves it out
+        reason = info.get("unreadable", "")
+        repaired = repair(None if reason else nb, released, reason)
+        for notice in repaired.metadata.get(NOTICE, []):
+            self.log.warning("%s/%s: %s", info["student"], info["notebook"], notice)
+        return repaired, resources
