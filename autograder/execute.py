@@ -118,7 +118,7 @@ class Execution:
                 if self.is_needed_later(index):
                     self.session.cell(visible_part(cell.node.source))
                 continue
-            result = self.session.cell(cell.node.source)
+            result = self.session.cell(cell.node.source, careful=not self.is_independent(index))
             cell.node.outputs = outputs_.clean(result.outputs)
             for output in cell.node.outputs:
                 if output.output_type == "execute_result":
@@ -126,6 +126,14 @@ class Execution:
             if result.ended:
                 text = f"this cell was stopped: {REASONS[result.ended]}; the next cell went on from the state before it"
                 cell.node.outputs.append(outputs_.error("CellStopped", text))
+
+    def is_independent(self, index: int) -> bool:
+        """Return whether a cell is the instructor's and reads nothing of the submission's."""
+        cell = self.cells[index]
+        if cell.role != "given":
+            return False
+        own = frozenset().union(*(c.names.stores for c in self.cells[:index] if c.role != "given"))
+        return not cell.names.loads & own
 
     def is_needed_later(self, index: int) -> bool:
         """Return whether a later cell of the submission reads a name that only this test cell binds."""

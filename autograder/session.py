@@ -77,7 +77,7 @@ class Session:
         self.sandbox = sandbox
         self.limits = limits
         self.files = files or {}
-        self.history: list[tuple[str, Any]] = []
+        self.history: list[list] = []
         self.left = limits.notebook_cpu
         self.channel = self._open()
 
@@ -105,8 +105,8 @@ class Session:
         """Start anew and run again what ran well: the states before were ended by the submission itself."""
         finish(self.channel)
         self.channel = self._open()
-        for kind, what in self.history:
-            self._request([kind, what], self.limits.cell_cpu)
+        for request in self.history:
+            self._request(request, self.limits.cell_cpu)
 
     def _persist(self, request: list, cpu: float) -> list:
         """Send a request; once more where only the wall clock ran out or the states were lost."""
@@ -118,15 +118,19 @@ class Session:
                     raise
                 if ended.reason == "lost":
                     self._recover()
+                    if request[0] == "cell":
+                        request = ["cell", request[1], True]  # what ended its process once is run with care
         raise AssertionError  # pragma: no cover
 
-    def cell(self, source: str) -> CellResult:
+    def cell(self, source: str, *, careful: bool = True) -> CellResult:
         """Run a cell; one that ends its process, or overruns, leaves the state as it was before it.
 
         Parameters
         ----------
         source : str
             The cell.
+        careful : bool, optional
+            Whether to keep the state before it; without, it is made anew where the cell ends its process after all.
 
         Returns
         -------
@@ -134,7 +138,7 @@ class Session:
             Its outputs, or why it ended.
         """
         try:
-            (body,) = self._persist(["cell", source], self.limits.cell_cpu)
+            (body,) = self._persist(["cell", source, careful], self.limits.cell_cpu)
             kind, outputs, succeeded = frames.unpack(body)
             outputs = wire.decode(outputs)
             if kind != "value" or type(outputs) is not list or type(succeeded) is not bool:
@@ -143,13 +147,13 @@ class Session:
             return CellResult(ended=ended.reason)
         except (wire.WireError, ValueError, TypeError):
             return CellResult(ended="protocol")
-        self.history.append(("cell", source))
+        self.history.append(["cell", source, True])
         return CellResult(outputs, succeeded)
 
     def mark(self, number: int) -> None:
         """Keep the state of this moment for a test cell."""
         self._request(["mark", number])
-        self.history.append(("mark", number))
+        self.history.append(["mark", number])
 
     def begin(self, number: int) -> None:
         """Start a test cell at a mark."""

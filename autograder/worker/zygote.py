@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import ctypes
+import gc
 import importlib
 import os
 import signal
@@ -125,6 +126,8 @@ def preload() -> list[str]:
         axes.set_title("$x$")
         figure.canvas.draw()
         plt.close(figure)
+    gc.collect()
+    gc.freeze()  # what is here stays: collections in forks must not touch, and so copy, its pages
     return missing
 
 
