@@ -189,7 +189,7 @@ class Warden:
     def do_cell(self, source: str, careful: bool) -> bytes:
         """Run a cell in a fork of the newest state; the fork becomes the newest state if it lives.
 
-        A cell of the instructor's is not expected to end its process and spares the fork, unless a mark keeps the state.
+        A cell of the instructor's is not expected to end its process and spares the fork, unless the state is marked.
         """
         if self.left <= 0:
             raise Ended("notebook")

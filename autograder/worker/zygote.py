@@ -24,7 +24,7 @@ from .shell import make_shell
 
 HOME = Path("/home/student")
 PRELOAD = (
-    "numpy.testing", "numpy.linalg", "numpy.random", "scipy.linalg", "scipy.stats", "sympy", "matplotlib.pyplot",
+    "numpy.testing", "numpy.linalg", "numpy.random", "scipy.linalg", "sympy", "matplotlib.pyplot",
     "matplotlib_inline.backend_inline", "IPython.display", "roboloc.angles", "roboloc.se2", "roboloc.simulation",
     "roboloc.filters", "roboloc.checks", "roboloc.plotting",
 )  # fmt: skip
