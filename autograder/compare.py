@@ -114,9 +114,7 @@ def read(value: Any, name: str, shape: tuple[int, ...]) -> np.ndarray:
         raise AssertionError(f"{name} is None, expected an array of shape {shape}")
     array = as_numbers(value)
     if array is None:
-        raise AssertionError(
-            f"{name} is {kind(value)} that cannot be read as an array of numbers of shape {shape}"
-        )
+        raise AssertionError(f"{name} is {kind(value)}, not numbers of shape {shape}")
     if array.dtype.kind not in "fiu":
         held = _KINDS.get(array.dtype.kind, "something else")
         raise AssertionError(f"{name} holds {held}, expected real numbers")

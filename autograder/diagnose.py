@@ -20,7 +20,8 @@ if TYPE_CHECKING:
 
 ARGUMENTS = "arguments"
 _FEWEST_CALLS = 3
-_SAME_FACTOR = 1e-6
+_SAME_FACTOR = 2e-3  # the limits that may stand for the right numbers at small omega are this near
+_TINY = 1e-7
 _CLOSE = 1e-4
 _NEARLY = (
     "close, but not to rounding. Is a derivative taken by a difference, a series cut early, a limit "
@@ -92,8 +93,12 @@ def diagnose(outcome: Outcome, misconceptions: tuple[Misconception, ...]) -> tup
 def _known(
     stage: Stage, seen: list[_Seen], wrong: set[str], misconceptions: tuple[Misconception, ...]
 ) -> list[Diagnosis]:
-    """Choose the fewest wrong versions that account for the outputs that are wrong."""
-    matches: list[tuple[Misconception, set[str], int]] = []
+    """Choose the fewest wrong versions that account for the outputs that are wrong.
+
+    A version that is wrong in an output where the student is right is not the mistake.
+    """
+    order = (*stage.outputs, ARGUMENTS)
+    matches: list[tuple[Misconception, set[str]]] = []
     for item in misconceptions:
         matched, faulty = set(wrong), set()
         for one in seen:
@@ -101,20 +106,18 @@ def _known(
             matched = {name for name in matched if _matches(item, one, version, name)}
             if not matched:
                 break
-            faulty |= {name for name in (*stage.outputs, ARGUMENTS) if _deviates(one, version, name)}
-        matches.append((item, matched & faulty, len(faulty - matched)))
+            faulty |= {name for name in order if _deviates(one, version, name)}
+        if faulty <= wrong:
+            matches.append((item, matched & faulty))
     found: list[Diagnosis] = []
-    while wrong:
-        item, matched, _ = max(
-            matches, key=lambda entry: (len(entry[1] & wrong), -entry[2]), default=(None, set(), 0)
-        )
-        matched = matched & wrong
-        if not matched:
+    while matches and wrong:
+        item, matched = max(matches, key=lambda entry: len(entry[1] & wrong))
+        if not matched & wrong:
             break
-        outputs = tuple(name for name in (*stage.outputs, ARGUMENTS) if name in matched)
+        outputs = tuple(name for name in order if name in matched & wrong)
         found.append(Diagnosis(item.name, item.explanation, item.hint, outputs))
         wrong = wrong - matched
-    return found
+    return sorted(found, key=lambda entry: order.index(entry.outputs[0]))
 
 
 def _matches(item: Misconception, one: _Seen, version: _Numbers, name: str) -> bool:
@@ -244,17 +247,17 @@ def _durations(seen: list[_Seen]) -> np.ndarray | None:
 
 def _factor(got: np.ndarray, right: np.ndarray, durations: np.ndarray | None) -> str:
     """Find one factor between what was returned and what is right: a sign, a number, a power of dt."""
-    usable = np.abs(right) > _CLOSE * np.abs(right).max()
+    usable = np.abs(right) > _TINY * np.abs(right).max()
     if not usable.any() or not (np.abs(got[~usable]) <= _CLOSE * np.abs(right).max()).all():
         return ""
     ratios = np.divide(got, right, out=np.full_like(got, np.nan), where=usable)
     for power in (0, 1, -1, 2, -2) if durations is not None else (0,):
         scaled = ratios if power == 0 else ratios / (durations**power)[:, None]
         values = scaled[usable]
-        text = _factor_text([float(np.median(values))], [float(np.ptp(values))])
-        if text and power == 0:
+        median, spread = float(np.median(values)), float(np.ptp(values))
+        if power == 0 and (text := _factor_text([median], [spread])):
             return text
-        if text and abs(np.median(values) - 1) < _SAME_FACTOR:
+        if power and max(abs(median - 1), spread) < _SAME_FACTOR:
             return f"a factor dt{'' if power == 1 else f' to the power {power}'} too much"
     return ""
 

@@ -14,7 +14,7 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import roboloc_reference
+from roboloc_reference import motion
 
 if TYPE_CHECKING:
     from autograder.check import Outcome, Result
@@ -26,7 +26,7 @@ _SOURCES = ("check.py", "compare.py", "diagnose.py", "symbolic.py", "checks", "m
 @functools.cache
 def checks_version() -> str:
     """Return a short hash of all that decides on a score: the checks, their tools, the reference."""
-    here, reference = Path(__file__).parent, Path(roboloc_reference.__file__).parent
+    here, reference = Path(__file__).parent, Path(motion.__file__).parent
     roots = [(here, here / name) for name in _SOURCES] + [(reference.parent, reference)]
     digest = hashlib.sha256()
     for base, path in roots:

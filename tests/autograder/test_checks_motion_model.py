@@ -1,0 +1,463 @@
+"""The hidden checks of the motion model: what they catch, what they let pass, what they give away."""
+
+from __future__ import annotations
+
+import dataclasses
+import importlib.util
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+import sympy as sp
+
+from autograder.check import CallError, Recorder, run_stage
+from autograder.checks import STAGES, motion_model
+from autograder.grading import Score, grade, grade_expression, grading_run
+from roboloc_reference.gaussian import transition_update
+from roboloc_reference.motion import EPSILON_OMEGA, compute_dynamics
+
+ROOT = Path(__file__).resolve().parents[2]
+SECRETS = [f"course-{number}" for number in range(20)]
+DYNAMICS, TRANSITION = STAGES["motion.compute_dynamics"], STAGES["gaussian.transition_update"]
+
+# Hand-written: which checks (by number) a wrong version must fail, and its share of the points in twentieths.
+EXPECTED = {
+    "motion.compute_dynamics": {
+        "division by zero": ({2, 3, 6, 7, 9, 10}, 12),
+        "limits at exactly zero only": ({3, 7, 10}, 15),
+        "Euler step": ({1, 5, 8, 9, 10}, 9),
+        "midpoint step": ({1, 5, 8}, 12),
+        "Jacobians of the straight step": ({5, 8, 9, 10}, 12),
+        "derivative by omega set to 0": ({9, 10}, 17),
+        "heading frozen at small omega": ({3}, 18),
+        "derivative of 1 / omega alone, without V": ({8}, 17),
+        "half of the product rule": ({8}, 17),
+        "headings taken for degrees": ({1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12}, 1),
+        "Gx transposed": ({5, 6, 7}, 16),
+        "derivative at the new heading": ({5}, 18),
+        "columns of Gu exchanged": ({8, 9, 10}, 14),
+        "sign of the cosine": ({1, 2, 3, 5, 6, 7, 8, 9, 10, 11, 12}, 1),
+        "heading wrapped": ({4}, 19),
+        "duration ignored": ({1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12}, 0),
+        "the caller's pose overwritten": ({11}, 18),
+    },
+    "gaussian.transition_update": {
+        "dt missing": ({3, 4, 5, 6, 7}, 8),
+        "dt squared": ({3, 4, 5, 6, 7}, 8),
+        "divided by dt": ({3, 4, 5, 6, 7}, 8),
+        "R squared": ({3, 4, 5, 6, 7}, 8),
+        "transpose on the wrong side": ({2, 4, 5, 6, 7}, 8),
+        "old uncertainty not moved": ({2, 4, 5, 6, 7}, 8),
+        "old uncertainty forgotten": ({2, 4, 5, 6, 7}, 8),
+        "elementwise product": ({2, 4, 5, 6, 7}, 8),
+        "correlation of the control dropped": ({3, 4, 5, 6, 7}, 8),
+        "mean moved twice": ({1, 5}, 16),
+        "the caller's covariance overwritten": ({6}, 19),
+    },
+    **{
+        f"differential_drive.{answer}": {
+            "wheels exchanged": ({1}, 0),
+            "distance to the middle taken for the track width": ({1}, 0),
+            "half the track width": ({1}, 0),
+            "speeds added": ({1}, 0),
+        }
+        for answer in ("g", "G_x", "G_u", "G_u0")
+    },
+}
+EXPECTED["differential_drive.G_u0"]["limit before derivative"] = ({1}, 0)
+CORRECT = {
+    "motion.compute_dynamics": {"complex_numbers", "handout_switch", "matrix_exponential", "series"},
+    "gaussian.transition_update": {"einstein_sum", "one_matrix", "square_root"},
+}
+
+
+def load(path):
+    """Import a file that is in no package."""
+    spec = importlib.util.spec_from_file_location(f"loaded_{path.stem}", path)
+    module = importlib.util.module_from_spec(spec)
+    sys.modules[spec.name] = module  # dataclasses look their module up
+    spec.loader.exec_module(module)
+    return module
+
+
+kill_matrix = load(ROOT / "tools" / "kill_matrix.py")
+
+
+@pytest.fixture
+def published():
+    """Grade with a fixed secret and keep what a student would be shown."""
+    shown = []
+    with grading_run(secret=SECRETS[0], run_id="run-7", publish=shown.append):
+        yield shown
+
+
+@pytest.mark.parametrize("name", EXPECTED)
+def test_kill_matrix(name):
+    """Every wrong version fails just its checks and is named, every correct one passes, with 20 secrets."""
+    rows = list(kill_matrix.rows(kill_matrix.stages()[name], SECRETS))
+    wrong = {row.name: row for row in rows if row.wrong}
+    assert set(wrong) == set(EXPECTED[name])
+    assert {row.name for row in rows if not row.wrong} == CORRECT.get(name, set()) | {"reference"}
+    assert [row.name for row in rows if not row.holds] == []
+    for title, (numbers, twentieths) in EXPECTED[name].items():
+        assert {i for i, count in enumerate(wrong[title].failures, start=1) if count} == numbers, title
+        assert set(wrong[title].failures) <= {0, len(SECRETS)}, title
+        assert [round(20 * share, 9) for share in wrong[title].shares] == [twentieths], title
+
+
+def test_kill_matrix_notices_a_blunt_check():
+    """With a tolerance of a tenth of the scale, wrong versions pass, and the matrix says so."""
+    blunt = [
+        case._replace(tolerance=tuple(np.full(np.shape(t), 10.0) for t in case.tolerance))
+        for case in motion_model.slow(np.random.default_rng(1))
+    ]
+    check = motion_model.Check("blunt", 1, lambda function, _rng: motion_model.compare(function, blunt))
+    stage = dataclasses.replace(DYNAMICS, checks=(check,))
+    row = next(row for row in kill_matrix.rows(stage, ["s"]) if row.name == "derivative by omega set to 0")
+    assert not row.holds
+
+
+def test_truncation_bounds_are_bounds_and_not_generous():
+    """The handout's limits stay below the bound everywhere and reach half of it just below the threshold."""
+    alternative = kill_matrix.alternatives(DYNAMICS)["handout_switch"]
+    rng = np.random.default_rng(5)
+    worst = 0.0
+    for _ in range(300):
+        args = (
+            rng.uniform(-3, 3, 3),
+            np.array([rng.uniform(0.2, 2), 0.999 * EPSILON_OMEGA]),
+            rng.uniform(0.1, 2),
+        )
+        pairs = zip(alternative(*args), compute_dynamics(*args), DYNAMICS.tolerance(*args), strict=True)
+        ratios = [float((np.abs(got - right) / tolerance).max()) for got, right, tolerance in pairs]
+        assert max(ratios) <= 1
+        worst = max(worst, *ratios)
+    assert worst > 0.5
+
+
+@pytest.mark.parametrize("stage", [DYNAMICS, TRANSITION], ids=lambda stage: stage.name)
+@pytest.mark.parametrize(
+    ("value", "words"),
+    [
+        (None, "None"),
+        (0.0, "a float"),
+        ("text", "text"),
+        ((), "0 values"),
+        ((None, None, None), "None"),
+        (("a", "b", "c"), "text"),
+        ((np.zeros((3, 1)), np.zeros(3), np.zeros(3)), "shape (3, 1)"),
+        ((1j * np.ones(3), 1j * np.ones((3, 3)), 1j * np.ones((3, 2))), "complex numbers"),
+        ((np.full(3, np.nan), np.full((3, 3), np.nan), np.full((3, 2), np.nan)), "NaN"),
+        ((np.full(3, np.inf), np.full((3, 3), np.inf), np.full((3, 2), np.inf)), "infinite"),
+        ((np.ones(3, bool), np.ones((3, 3), bool), np.ones((3, 2), bool)), "truth values"),
+        (([[1], [1, 2]], [[1], [1, 2]], [[1], [1, 2]]), "not numbers"),
+        (([object()] * 3, [object()] * 3, [object()] * 3), "not numbers"),
+        ((np.zeros(3), np.zeros((3, 3)), np.zeros((3, 2))), "is off"),
+    ],
+)
+def test_what_is_not_an_answer_scores_nothing(stage, value, words, published):
+    """None, NaN, a wrong shape, type or number of values, or constants score 0, and the report says which."""
+    if isinstance(value, tuple) and len(value) == 3:
+        value = value[: len(stage.outputs)]
+    assert grade(stage.name, lambda *_: value, 10) == 0
+    assert words in published[0]["text/plain"]
+
+
+class Equal:
+    """An object that claims to be equal to everything."""
+
+    __array_priority__ = 1e9
+    __eq__ = __ge__ = __le__ = lambda *_: True
+    __hash__ = None
+    __sub__ = __rsub__ = __abs__ = lambda self, *_: self
+
+    def __float__(self):
+        """Pretend to be a number."""
+        return 0.0
+
+    @property
+    def __class__(self):
+        """Refuse to be asked, as an object that stayed in the sandbox does."""
+        raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize("make", [Equal, lambda: [Equal()] * 3, lambda: (Equal(), Equal(), Equal())])
+def test_an_object_that_pretends_is_not_asked(make, published):
+    """An always-equal object scores 0 without one of its methods being called."""
+    assert grade("motion.compute_dynamics", lambda *_: make(), 10) == 0
+    assert grade("gaussian.transition_update", lambda *_: make(), 10) == 0
+
+
+def test_a_function_that_is_not_written_scores_nothing(published):
+    """The released cell raises NotImplementedError, and the report says that it is not written."""
+
+    def compute_dynamics(*_):
+        raise NotImplementedError
+
+    assert grade("motion.compute_dynamics", compute_dynamics, 10) == 0
+    assert "not written yet" in published[0]["text/plain"]
+
+
+def test_sys_exit_is_a_failed_check(published):
+    """A call that asks Python to exit fails its checks and stops nothing else."""
+    assert grade("motion.compute_dynamics", lambda *_: sys.exit(0), 10) == 0
+    assert "asked Python to exit" in published[0]["text/plain"]
+
+
+@pytest.mark.parametrize("kind", ["LimitExceeded", "ProcessDied"])
+def test_the_first_limit_ends_the_stage(kind, published):
+    """After a call that used up its time or ended its process no call is made; what passed before counts."""
+    from autograder import remote  # noqa: PLC0415
+
+    calls = []
+
+    def slow_after_six(*args):
+        calls.append(args)
+        if len(calls) > 6:
+            raise getattr(remote, kind)("stopped")
+        return compute_dynamics(*args)
+
+    assert grade("motion.compute_dynamics", slow_after_six, 20) == 3
+    assert len(calls) == 7
+    assert published[0]["text/plain"].count("not run, because an earlier call") == 10
+
+
+def test_an_error_of_the_grader_is_not_a_failed_check():
+    """What derives from BaseException, as GraderError does, passes through; so does a fault of a check of ours."""
+    from autograder.remote import GraderError  # noqa: PLC0415
+
+    def refuse(*_):
+        raise GraderError
+
+    with pytest.raises(GraderError):
+        run_stage(DYNAMICS, refuse, "s")
+    broken = dataclasses.replace(DYNAMICS, checks=(motion_model.Check("ours", 1, lambda *_: 1 / 0),))
+    with pytest.raises(ZeroDivisionError):
+        run_stage(broken, compute_dynamics, "s")
+
+
+def test_a_student_cannot_write_an_input_into_the_report(published):
+    """Text and type of an exception, an assertion's message and a line that changes are not repeated."""
+    told = []
+
+    def tell(xvec, u, dt):
+        told.append(f"{xvec[0]:.6f}")
+        kind = [AssertionError, type(f"E{abs(u[0]):.6f}".replace(".", "_"), (Exception,), {}), ValueError]
+        error = kind[len(told) % 3](f"{xvec} {u} {dt} {told[-1]}")
+        error.line = int(abs(xvec[0]) * 50) % 199 + 1
+        error.ename = told[-1]
+        raise error
+
+    assert grade("motion.compute_dynamics", tell, 10) == 0
+    text = "".join(published[0].values())
+    assert not [number for number in told if number.lstrip("-") in text]
+    assert len(set(re.findall(r"line (\d+)", text))) == 1
+
+
+def test_the_report_holds_no_hidden_number(published):
+    """No number of the hidden inputs or right results is in the report, with four digits or more."""
+    seen = []
+
+    def spy(*args):
+        seen.extend([*args, *transition_update(*args)])
+        return args[0] + 1, args[3]
+
+    assert grade("gaussian.transition_update", spy, 10) == 0
+    text = "".join(published[0].values())
+    numbers = {f"{abs(number):.4g}" for value in seen for number in np.ravel(value) if number}
+    assert len(numbers) > 100
+    assert not [number for number in numbers if len(number) > 4 and number in text]
+
+
+def test_a_function_that_remembers_is_caught(published):
+    """A result that depends on earlier calls loses the check for it, though each value was right once."""
+    calls = []
+
+    def remembers(*args):
+        calls.append(args)
+        g, Gx, Gu = compute_dynamics(*args)
+        repeated = sum(all(map(np.array_equal, args, call)) for call in calls) > 1
+        return (g + 1, Gx, Gu) if repeated else (g, Gx, Gu)
+
+    outcome = run_stage(DYNAMICS, remembers, "s")
+    assert [result.check.name for result in outcome.failed] == ["same call, same result"]
+
+
+def test_inputs_follow_from_the_secret():
+    """The same secret gives the same inputs, another one gives others."""
+
+    def inputs(secret):
+        recorder = Recorder(compute_dynamics)
+        run_stage(DYNAMICS, recorder, secret)
+        return np.concatenate([np.concatenate([call.args[0], call.args[1]]) for call in recorder.calls])
+
+    assert np.array_equal(inputs("a"), inputs("a"))
+    assert not np.isin(inputs("a")[:5], inputs("b")).any()
+
+
+def test_hidden_inputs_cover_what_the_notebook_promises():
+    """Both signs of omega and V, omega zero and tiny, dt short and long and never 1, headings beyond a turn."""
+    recorder = Recorder(compute_dynamics)
+    run_stage(DYNAMICS, recorder, "s")
+    theta, V, omega, dt = np.array([[c.args[0][2], *c.args[1], c.args[2]] for c in recorder.calls]).T
+    kinds = (omega > 0.1, omega < -0.1, omega == 0, (np.abs(omega) < 1e-11) & (omega != 0), V < 0, V > 0)
+    assert all(kind.any() for kind in (*kinds, dt < 0.1, dt > 1.5))
+    assert not (np.abs(dt - 1) < 1e-6).any()
+    assert (V != 0).all()
+    assert np.abs(theta).max() > 6
+    recorder = Recorder(transition_update)
+    run_stage(TRANSITION, recorder, "s")
+    assert {len(call.args[0]) for call in recorder.calls} >= {3, 9}
+    for g, Gx, _, Sigma, R, _ in (call.args for call in recorder.calls):
+        assert np.array_equal(Sigma, Sigma.T)
+        assert np.array_equal(R, R.T)
+        assert not np.allclose(Gx, Gx.T)
+        assert len(g) == len(Sigma)
+
+
+def test_html_is_simple_and_escaped(published):
+    """The report uses plain tags, no style, no script, and escapes what it shows."""
+    grade("motion.compute_dynamics", lambda xvec, *_: (xvec, None, np.zeros((9, 9))), 10)
+    bundle = published[0]
+    assert set(bundle) == {"text/plain", "text/html"}
+    allowed = {"h4", "p", "ul", "li", "strong", "em", "code", "table", "tr", "td", "th"}
+    assert set(re.findall(r"</?([a-z0-9]+)", bundle["text/html"])) <= allowed
+    assert "run-7" in bundle["text/html"]
+    assert "numpy" in bundle["text/plain"]
+    assert re.search(r"Checks [0-9a-f]{12}", bundle["text/plain"])
+
+
+def test_report_escapes_even_our_own_words(published):
+    """A message with markup in it arrives as text."""
+
+    def run(_function, _rng):
+        raise AssertionError("<script>alert(1)</script>")
+
+    stage = dataclasses.replace(DYNAMICS, checks=(motion_model.Check("<b>", 1, run, "<i>"),))
+    from autograder.grading import _grade  # noqa: PLC0415
+
+    _grade(stage, compute_dynamics, 1)
+    assert not re.search(r"<(script|b|i)>", published[0]["text/html"])
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(10 / 3, "3.3333"), (2 / 3, "0.6666"), (0.0, "0"), (10, "10"), (1e-9, "0")]
+)
+def test_score_prints_as_a_decimal_number(value, text):
+    """A score has at most four decimals, no exponent, is never above its value, and prints what it is."""
+    score = Score(value)
+    assert (repr(score), str(score), float(score)) == (text, text, float(text))
+    assert score <= value
+
+
+def test_score_is_points_times_share(published):
+    """A transposed Gx costs a fifth of the points, whatever the points are."""
+
+    def transposed(*args):
+        g, Gx, Gu = compute_dynamics(*args)
+        return g, Gx.T, Gu
+
+    assert [grade("motion.compute_dynamics", transposed, points) for points in (10, 7, 1 / 3)] == [
+        8,
+        5.6,
+        0.2666,
+    ]
+
+
+@pytest.mark.parametrize("points", [0, -1, float("nan"), "10", None])
+def test_points_must_be_a_positive_number(points):
+    """A test cell with wrong points is a mistake of the author's and says so."""
+    with pytest.raises(ValueError, match="points: expected a positive number, got"):
+        grade("motion.compute_dynamics", compute_dynamics, points)
+
+
+def test_unknown_names_are_refused():
+    """An unknown stage or symbolic answer is a mistake of the author's and names what there is."""
+    with pytest.raises(ValueError, match=r"stage: expected one of motion\.compute_dynamics, .*got 'motion'"):
+        grade("motion", compute_dynamics, 1)
+    with pytest.raises(ValueError, match=r"name: expected one of differential_drive\.g, .*got 'g'"):
+        grade_expression("g", 1, 1)
+
+
+def test_recorder_hands_out_what_it_was_given():
+    """A call's changes to its arguments are seen by the caller and kept, with the arguments before."""
+    recorder = Recorder(lambda a: a.fill(7.0))
+    given = np.zeros(2)
+    recorder(given)
+    assert recorder.calls[0].args[0].tolist() == [0.0, 0.0]
+    assert given.tolist() == [7.0, 7.0]
+    with pytest.raises(CallError, match="the call raised TypeError"):
+        recorder()
+
+
+x, y, theta, v_left, v_right = sp.symbols("x y theta v_left v_right", real=True)
+b, dt = sp.symbols("b dt", positive=True)
+
+
+def wheel_answers():
+    """Derive the four answers by another route than the notebook: integrate the rates in wheel speeds."""
+    tau, difference = sp.symbols("tau difference", positive=True)
+    rate = difference / b
+    speed = v_left + difference / 2
+    rates = sp.Matrix([speed * sp.cos(theta + rate * tau), speed * sp.sin(theta + rate * tau), rate])
+    unequal = (sp.Matrix([x, y, theta]) + rates.integrate((tau, 0, dt))).subs(difference, v_right - v_left)
+    by_wheels = unequal.jacobian([v_left, v_right])
+    limit = by_wheels.subs(v_right, v_left + difference).applyfunc(
+        lambda entry: sp.limit(entry, difference, 0)
+    )
+    return {"g": unequal, "G_x": unequal.jacobian([x, y, theta]), "G_u": by_wheels, "G_u0": limit}
+
+
+ANSWERS = wheel_answers()
+
+
+@pytest.mark.parametrize("answer", ANSWERS)
+def test_every_way_of_writing_an_expression_is_accepted(answer, published):
+    """Expanded, in exponentials, as an immutable matrix or with numbers as floats: the points are the same."""
+    right = ANSWERS[answer]
+    exponentials = right.applyfunc(lambda entry: entry.rewrite(sp.exp))
+    for form in (right, right.expand(trig=True), exponentials, right.as_immutable(), right.evalf(20)):
+        assert grade_expression(f"differential_drive.{answer}", form, 3) == 3
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        ANSWERS["g"].T,
+        ANSWERS["g"][0],
+        ANSWERS["g"].subs(theta, sp.Symbol("phi")),
+        ANSWERS["g"] * sp.nan,
+        ANSWERS["g"] + sp.Matrix([0, 0, sp.Rational(1, 10**6)]),
+        ANSWERS["g"] * (1 + sp.I / 10**6),
+        ANSWERS["g"] + sp.Matrix([0, 0, 1 / (b - b)]),
+        "x + 1",
+        None,
+    ],
+    ids=[
+        "transposed",
+        "one entry",
+        "own symbol",
+        "nan",
+        "slightly off",
+        "slightly complex",
+        "infinite",
+        "text",
+        "none",
+    ],
+)
+def test_a_wrong_expression_scores_nothing(wrong, published):
+    """A wrong shape, an unknown symbol, no number, or a small error: 0 points and a reason."""
+    assert grade_expression("differential_drive.g", wrong, 3) == 0
+    assert "failed" in published[0]["text/plain"]
+
+
+def test_importing_the_package_needs_no_reference():
+    """The worker in the sandbox imports autograder where there are neither checks nor reference."""
+    code = "import autograder, sys; print([m for m in sys.modules if 'reference' in m or 'checks' in m])"
+    result = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, cwd=ROOT
+    )
+    assert result.stdout.strip() == "[]"
