@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import uuid
 from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,7 +11,7 @@ import nbformat
 from nbgrader import utils
 from nbgrader.api import Gradebook
 from nbgrader.preprocessors import Execute, NbGraderPreprocessor
-from traitlets import Bool, Float, Integer, List, Unicode
+from traitlets import Bool, Float, Integer, List, Unicode, default
 
 from .execute import read_folder
 from .pool import Job, Pool
@@ -47,6 +48,12 @@ class IsolatedExecute(NbGraderPreprocessor):
     processes = Integer(_DEFAULT.processes, help="Processes and threads of a notebook.").tag(config=True)
     file_size = Integer(_DEFAULT.file_size, help="Largest file in bytes.").tag(config=True)
     disk = Integer(_DEFAULT.disk, help="All files of a notebook in bytes.").tag(config=True)
+
+    run_id = Unicode(help="Name of this run of the grader; reports show it.")
+
+    @default("run_id")
+    def _run_id(self) -> str:
+        return uuid.uuid4().hex[:12]
 
     def limits(self) -> Limits:
         """Return the configured limits."""
@@ -85,6 +92,7 @@ class IsolatedExecute(NbGraderPreprocessor):
             packages=tuple(self.packages),
             hidden=(str(Path.cwd().resolve()), str(Path(__file__).resolve().parents[1])),
             problem=problem,
+            run=self.run_id,
         )
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:

@@ -7,6 +7,7 @@ gradebook: what comes back is an executed notebook, and one writer stores it.
 from __future__ import annotations
 
 import atexit
+import hashlib
 import os
 import pickle
 import struct
@@ -45,6 +46,8 @@ class Job:
         See `sandbox.Sandbox`.
     problem : str
         Why it cannot be executed at all; empty where it can.
+    run : str
+        The run of the grader, for the reports.
     """
 
     key: str
@@ -55,6 +58,19 @@ class Job:
     packages: tuple[str, ...]
     hidden: tuple[str, ...] = ()
     problem: str = ""
+    run: str = ""
+
+    def record(self) -> dict[str, str]:
+        """Return what an appeal needs to know: which run, and which versions of the release, checks and packages."""
+        from .report import checks_version, environment_version  # noqa: PLC0415
+
+        release = hashlib.sha256("\0".join(f"{k}\0{v}" for k, v in sorted(self.release.items())).encode())
+        return {
+            "run": self.run,
+            "release": release.hexdigest()[:12],
+            "checks": checks_version(),
+            "environment": environment_version(),
+        }
 
 
 _sandboxes: dict[tuple, Sandbox] = {}
@@ -93,6 +109,7 @@ def execute(job: Job) -> str:
         If no sandbox can be had at all.
     """
     from .execute import Execution  # noqa: PLC0415  (the parent process needs no IPython)
+    from .grading import grading_run  # noqa: PLC0415
 
     if job.problem:
         return failed(job, job.problem)
@@ -100,7 +117,8 @@ def execute(job: Job) -> str:
         sandbox = _sandbox(job)
         notebook = nbformat.reads(job.notebook, as_version=4)
         try:
-            Execution(notebook, job.release, sandbox, Limits.from_list(list(job.limits)), job.files).run()
+            with grading_run(run_id=job.run):
+                Execution(notebook, job.release, sandbox, Limits.from_list(list(job.limits)), job.files).run()
         except SandboxError:
             _close_sandboxes()
             if attempt + 1 == ATTEMPTS:
@@ -108,6 +126,7 @@ def execute(job: Job) -> str:
         except Exception as error:  # noqa: BLE001  (whatever goes wrong in the grader: a person, never a silent 0)
             return failed(job, f"the grader itself failed: {type(error).__name__}: {error}")
         else:
+            notebook.metadata["grading"] = job.record()
             return nbformat.writes(notebook, version=4)
     raise AssertionError  # pragma: no cover
 
