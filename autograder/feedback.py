@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from nbformat.v4 import new_markdown_cell
 from nbgrader.preprocessors import NbGraderPreprocessor
+from traitlets import List, Unicode
 
 from .outputs import error
 from .repair import NOTICE
@@ -21,6 +22,9 @@ _OWN = frozenset({"GraderError", "SubmissionStopped", "LimitExceeded", "ProcessD
 
 class LeakFreeFeedback(NbGraderPreprocessor):
     """Take hidden tests, their inputs and what hidden calls printed out of a notebook before a student sees it."""
+
+    # The HTML exporter sets it for every preprocessor, and warns of one that does not know it.
+    display_data_priority = List(Unicode()).tag(config=True)
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
         """Return the notebook as a student may see it."""
