@@ -10,16 +10,17 @@
   named by a hash of those packages, and a change of the hash makes Sphinx read every page again.
 """
 
+# ruff: noqa: INP001 - Sphinx imports this file by its folder
+
 from __future__ import annotations
 
 import base64
 import hashlib
 import re
 import shutil
+import sys
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
-
-from sphinx.errors import ExtensionError
 
 if TYPE_CHECKING:
     from sphinx.application import Sphinx
@@ -60,8 +61,9 @@ def _use_vendor_folder(app: Sphinx, config: Config) -> None:
     vendor = Path(app.srcdir, config.roboloc_vendor)
     missing = [name for name in (MATHJAX, REQUIRE, WIDGETS) if not (vendor / name).is_file()]
     if missing:
-        raise ExtensionError(
-            f"the book's browser files are missing ({config.roboloc_vendor}/{missing[0]}): "
+        # An ordinary error would be buried under Jupyter Book's own traceback.
+        sys.exit(
+            f"book: browser files are missing ({config.roboloc_vendor}/{missing[0]}): "
             "run `make setup`, or `python tools/vendor.py`, and build again"
         )
     config.html_static_path = [*config.html_static_path, str(vendor)]
