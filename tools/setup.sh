@@ -109,7 +109,7 @@ set_up_python() {
   say "installing Python packages (requirements.lock)"
   .venv/bin/python -m pip install --quiet --disable-pip-version-check --no-input --require-hashes \
     --requirement requirements-uv.txt </dev/null
-  .venv/bin/uv pip sync --quiet --python .venv/bin/python --require-hashes requirements.lock </dev/null
+  .venv/bin/uv pip sync --compile-bytecode --quiet --python .venv/bin/python --require-hashes requirements.lock </dev/null
   .venv/bin/uv pip install --quiet --python .venv/bin/python --no-deps --no-build-isolation --editable . </dev/null
   printf '%s%s\n' "$(inputs_of_python)" "$(contents_of_python)" >"$stamp"
 }
