@@ -29,7 +29,7 @@ if TYPE_CHECKING:
 
 # The errors of autograder.remote after which a further call would only cost the same time again.
 _LAST_CALLS = {
-    "LimitExceeded": "used more time or memory than a call may use",
+    "LimitExceeded": "used more time than a call may use",
     "ProcessDied": "ended its own process",
 }
 _KNOWN_ERRORS = frozenset(
@@ -57,8 +57,8 @@ class Check:
 class Stage:
     """A graded function: the names of what it returns, the trusted version, the allowed error and the checks.
 
-    `tolerance(args)` gives the allowed error of each output, as an array or a number. `rows` and `columns`
-    name the entries of an output in messages.
+    `tolerance(args)` gives the allowed error of each output, as an array or a number. `rows` and `columns` name the
+    entries of an output in messages, `action` is what they call a call.
     """
 
     name: str
@@ -68,6 +68,7 @@ class Stage:
     checks: tuple[Check, ...]
     rows: dict[str, tuple[str, ...]] = field(default_factory=dict)
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    action: str = "the call"
 
     @property
     def function_name(self) -> str:
@@ -118,8 +119,9 @@ class CallError(AssertionError):
 class Recorder:
     """Call the student's function and remember every call, for the diagnosis that follows a failure."""
 
-    def __init__(self, function: Callable[..., Any]) -> None:
+    def __init__(self, function: Callable[..., Any], action: str = "the call") -> None:
         self.function = function
+        self.action = action
         self.calls: list[Call] = []
         self.stopped = ""
         self._line = 0
@@ -132,7 +134,7 @@ class Recorder:
         except (Exception, SystemExit) as error:  # noqa: BLE001
             # Everything the student's code can raise counts against it alone; autograder.remote.GraderError
             # derives from BaseException and passes.
-            kind, message = describe_error(error)
+            kind, message = describe_error(error, self.action)
             line = line_of(error)
             self._line = self._line or line
             if (
@@ -180,7 +182,7 @@ class Outcome:
         return tuple(result for result in self.results if not result.passed)
 
 
-def describe_error(error: BaseException) -> tuple[str, str]:
+def describe_error(error: BaseException, action: str = "the call") -> tuple[str, str]:
     """Name an error of the student's code, without any text that the student's code could have written.
 
     Returns
@@ -190,16 +192,16 @@ def describe_error(error: BaseException) -> tuple[str, str]:
     """
     for name, reason in _LAST_CALLS.items():
         if any(kind.__name__ == name for kind in type(error).__mro__):
-            return name, f"the call {reason}"
+            return name, f"{action} {reason}"
     kind = str(getattr(error, "ename", type(error).__name__))
     kind = kind if kind in _KNOWN_ERRORS else ""
     if kind == "NotImplementedError":
         return kind, "the function is not written yet: it raised NotImplementedError"
     if kind == "SystemExit":
-        return kind, "the call asked Python to exit instead of returning"
+        return kind, f"{action} asked Python to exit instead of returning"
     if not kind:
-        return "an error", "the call raised an error of a type of its own"
-    return kind, f"the call raised {kind}"
+        return "an error", f"{action} raised an error of a type of its own"
+    return kind, f"{action} raised {kind}"
 
 
 def line_of(error: BaseException) -> int:
@@ -228,7 +230,7 @@ def run_stage(stage: Stage, function: Callable[..., Any], secret: str) -> Outcom
     Outcome
         One result for each check, in order.
     """
-    recorder = Recorder(function)
+    recorder = Recorder(function, stage.action)
     results: list[Result] = []
     for check in stage.checks:
         if recorder.stopped:

@@ -73,7 +73,7 @@ class Report:
         for result in self.outcome.results:
             lines.append(f"  {_word(result):8}{result.check.name}")
             if not result.passed:
-                lines.append(f"          {result.message}")
+                lines.extend([f"          {result.message}"] if self._said(result) else [])
                 lines.extend([f"          Hint: {result.check.hint}"] if self._hinted(result) else [])
         for item in self.diagnoses:
             lines.append(f"  {_heading(item)}")
@@ -86,7 +86,7 @@ class Report:
     def _repr_html_(self) -> str:
         rows = []
         for result in self.outcome.results:
-            text = escape(result.message)
+            text = escape(result.message) if self._said(result) else ""
             if self._hinted(result):
                 text += f" <em>Hint: {escape(result.check.hint)}</em>"
             rows.append(
@@ -102,6 +102,10 @@ class Report:
     def bundle(self) -> dict[str, str]:
         """Return the report as display data."""
         return {"text/plain": str(self), "text/html": self._repr_html_()}
+
+    def _said(self, result: Result) -> bool:
+        """Whether a check's message is shown: of those that did not run, only the first one's."""
+        return result.ran or result is next(one for one in self.outcome.results if not one.ran)
 
     def _hinted(self, result: Result) -> bool:
         """Whether a check's hint is shown: not beside a recognised mistake or a check that did not run."""

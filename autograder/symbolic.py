@@ -54,6 +54,7 @@ class Expression:
             checks=(),
             rows={output: self.rows},
             columns={output: self.columns},
+            action="evaluating the answer",
         )
 
         def equal(function: Callable[..., Any], rng: Generator) -> None:

@@ -222,7 +222,9 @@ def test_the_first_limit_ends_the_stage(kind, published):
 
     assert grade("motion.compute_dynamics", slow_after_six, 20) == 3
     assert len(calls) == 7
-    assert published[0]["text/plain"].count("not run, because an earlier call") == 10
+    text = published[0]["text/plain"]
+    assert text.count("\n  not run ") == 10
+    assert text.count("not run, because an earlier call") == 1
 
 
 def test_an_error_of_the_grader_is_not_a_failed_check():
@@ -452,6 +454,12 @@ def test_a_wrong_expression_scores_nothing(wrong, published):
     """A wrong shape, an unknown symbol, no number, or a small error: 0 points and a reason."""
     assert grade_expression("differential_drive.g", wrong, 3) == 0
     assert "failed" in published[0]["text/plain"]
+
+
+def test_an_expression_that_cannot_be_evaluated_is_called_so(published):
+    """An answer with a symbol of its own is not said to be a failed call."""
+    assert grade_expression("differential_drive.g", ANSWERS["g"].subs(theta, sp.Symbol("phi")), 3) == 0
+    assert "evaluating the answer raised" in published[0]["text/plain"]
 
 
 def test_importing_the_package_needs_no_reference():
