@@ -16,7 +16,7 @@ lose that on ill-conditioned updates. R is the covariance of the control, Q of t
 handout; many books swap the letters.
 
 The noise term is the handout's. Since Gu is itself proportional to dt, the term is a control error drawn once
-per step with covariance dt R; continuous white noise is another model, see the book, *noise*.
+per step with covariance dt R; continuous white noise would need Gu R Gu^T / dt instead.
 
 Source: Stanford AA274A (2021), problem set 4, problem 1 (iii) and (vii); P. D. Joseph and R. S. Bucy,
 *Filtering for Stochastic Processes with Applications to Guidance*.
