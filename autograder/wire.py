@@ -37,6 +37,8 @@ _UNNAMEABLE = frozenset(
 )
 _DTYPE_KINDS = frozenset("biufcSUMm")
 _BIT_GENERATORS = frozenset({"PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64"})
+# Length of the buffer of those that have one: numpy believes a state's place in it and reads there, wherever that is.
+_BUFFERS = {"MT19937": 624, "Philox": 4}
 
 _LIST, _TUPLE, _DICT, _SET, _FROZENSET, _INT, _COMPLEX, _ARRAY = range(8)
 _SCALAR, _GENERATOR, _REF, _NAMED, _RANGE, _SLICE, _DOTS, _BYTEARRAY = range(8, 16)
@@ -155,7 +157,8 @@ def _encode(value: object, to_ref: Callable | None, budget: _Budget, depth: int,
     if kind is Ref:
         return [_REF, value.number, value.type_name[:200], value.is_callable]
     if issubclass(kind, np.generic) and kind.__module__ == "numpy" and value.dtype.kind in _DTYPE_KINDS:
-        return [_SCALAR, value.dtype.str, value.tobytes()]
+        array = np.asarray(value)  # an empty text as one of length 1: numpy reads none of length 0
+        return [_SCALAR, array.dtype.str, array.tobytes()]
     if kind is np.random.Generator:
         return _encode_generator(value, to_ref, budget, depth)
     if kind is range or kind is slice:
@@ -387,6 +390,10 @@ def _decode_array(text: str, shape: list, order: str, writeable: bool, raw: byte
 def _decode_generator(name: str, state: dict) -> np.random.Generator:
     if name not in _BIT_GENERATORS or type(state) is not dict or state.get("bit_generator") != name:
         raise WireError("a random generator of an unknown kind")
+    if name in _BUFFERS:
+        place = state["state"]["pos"] if name == "MT19937" else state["buffer_pos"]
+        if type(place) is not int or not 0 <= place <= _BUFFERS[name]:
+            raise WireError("a random generator that points outside its buffer")
     bit_generator = getattr(np.random, name)(0)
     bit_generator.state = state
     return np.random.Generator(bit_generator)
