@@ -23,20 +23,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autograder.check import CallError, Case, Check, Stage, remembered
-from autograder.compare import compare, right_outputs
-from autograder.symbolic import Expression
+from autograder.check import Case, Check, Stage, remembered
+from autograder.checks.kinds import each, repeatable, untouched
 from roboloc_reference.gaussian import transition_update
 from roboloc_reference.motion import EPSILON_OMEGA, compute_dynamics
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from numpy.random import Generator
 
 _ROUNDING = 200 * np.finfo(float).eps
-_POSE, _CONTROL = ("x", "y", "theta"), ("V", "omega")
-_NOT_JUDGED = "not judged: of what the calls returned, nothing that this check looks at is right yet"
+POSE, _CONTROL = ("x", "y", "theta"), ("V", "omega")
 _SLOW = (1e-12, 1e-9, 1e-7, 1e-5, 4e-4)
 
 
@@ -66,7 +62,7 @@ def _dynamics_case(xvec: Any, u: Any, dt: float) -> Case:
     return Case(DYNAMICS, args, compute_dynamics(*args), dynamics_tolerance(*args))
 
 
-def _heading(rng: Generator, turn: float = 0.0, turns: int = 0) -> float:
+def heading(rng: Generator, turn: float = 0.0, turns: int = 0) -> float:
     """Draw a heading whose sine and cosine are both between 0.29 and 0.96 in size.
 
     After a further `turn` [rad] it is within (-pi, pi) without `turns`, and outside with them.
@@ -90,7 +86,7 @@ def _motions(rng: Generator, omegas: np.ndarray, turns: int = 0) -> list[Case]:
     V = rng.uniform(0.4, 1.5, count) * _signs(rng, count)
     dt = rng.permutation(np.geomspace(0.05, 2.0, count)) * rng.uniform(0.9, 1.1, count)
     return [
-        _dynamics_case([*xy[i], _heading(rng, omegas[i] * dt[i], turns)], [V[i], omegas[i]], dt[i])
+        _dynamics_case([*xy[i], heading(rng, omegas[i] * dt[i], turns)], [V[i], omegas[i]], dt[i])
         for i in range(count)
     ]
 
@@ -128,78 +124,6 @@ def mixed(rng: Generator) -> list[Case]:
     return _motions(rng, np.array([rng.uniform(0.3, 1.2), 0.0, -rng.uniform(1e-6, 5e-4)]))
 
 
-def _each(cases: Callable[[Generator], tuple[Case, ...]], *names: str) -> Callable[[Any, Generator], None]:
-    """Make the check that the named outputs are right in every case."""
-
-    def run(function: Callable[..., Any], rng: Generator) -> None:
-        compare(function, cases(rng), *names)
-
-    return run
-
-
-def _untouched(
-    cases: Callable[[Generator], tuple[Case, ...]], names: tuple[str, ...], wanted: frozenset[str]
-) -> Callable[[Any, Generator], None]:
-    """Make the check that no argument is written to; judged only where some call returned something right."""
-
-    def run(function: Callable[..., Any], rng: Generator) -> None:
-        right: set[str] = set()
-        for case in cases(rng):
-            given = case.fresh()
-            try:
-                right.update(right_outputs(case, function(*given)))
-            except CallError as error:
-                if error.final:
-                    raise
-            changed = [
-                name for name, now, was in zip(names, given, case.args, strict=True) if not _same(now, was)
-            ]
-            if changed:
-                raise AssertionError(
-                    f"the call changed its argument {', '.join(changed)}; the caller still needs it"
-                )
-        if not right & wanted:
-            raise AssertionError(_NOT_JUDGED)
-
-    return run
-
-
-def _same(now: Any, was: Any) -> bool:
-    if isinstance(was, np.ndarray):
-        return isinstance(now, np.ndarray) and now.dtype == was.dtype and np.array_equal(now, was)
-    return type(now) is type(was) and now == was
-
-
-def _repeatable(
-    cases: Callable[[Generator], tuple[Case, ...]], wanted: frozenset[str]
-) -> Callable[[Any, Generator], None]:
-    """Make the check that calls give the same again after calls with other arguments."""
-
-    def run(function: Callable[..., Any], rng: Generator) -> None:
-        first = [_right(function, case) & wanted for case in cases(rng)]
-        if not any(first):
-            raise AssertionError(_NOT_JUDGED)
-        again = [_right(function, case) for case in cases(rng)]
-        lost = {name for before, now in zip(first, again, strict=True) for name in before - now}
-        if lost:
-            raise AssertionError(
-                f"the same call gave another {', '.join(sorted(lost))} after calls with other arguments: "
-                "the result depends on something besides the arguments"
-            )
-
-    return run
-
-
-def _right(function: Callable[..., Any], case: Case) -> set[str]:
-    """Call the function and return the outputs that are right; none if it raises."""
-    try:
-        return set(right_outputs(case, function(*case.fresh())))
-    except CallError as error:
-        if error.final:
-            raise
-        return set()
-
-
 _HINT_ARC = (
     "With V and omega held constant the robot drives along an arc; integrate the rates over the whole step."
 )
@@ -219,26 +143,26 @@ DYNAMICS = Stage(
     outputs=("g", "Gx", "Gu"),
     reference=compute_dynamics,
     tolerance=dynamics_tolerance,
-    rows={"g": _POSE, "Gx": _POSE, "Gu": _POSE},
-    columns={"Gx": _POSE, "Gu": _CONTROL},
+    rows={"g": POSE, "Gx": POSE, "Gu": POSE},
+    columns={"Gx": POSE, "Gu": _CONTROL},
     checks=(
-        Check("g on an arc", 3, _each(turning, "g"), _HINT_ARC),
-        Check("g on a straight line", 1, _each(straight, "g"), _HINT_LIMIT),
-        Check("g in a very slow turn", 2, _each(slow, "g"), _HINT_SLOW),
-        Check("heading after many turns", 1, _each(many_turns, "g"), "The motion never wraps the heading."),
-        Check("Gx on an arc", 2, _each(turning, "Gx"), _HINT_JACOBIAN),
-        Check("Gx on a straight line", 1, _each(straight, "Gx"), _HINT_LIMIT),
-        Check("Gx in a very slow turn", 1, _each(slow, "Gx"), _HINT_SLOW),
-        Check("Gu on an arc", 3, _each(turning, "Gu"), _HINT_JACOBIAN),
-        Check("Gu on a straight line", 1, _each(straight, "Gu"), _HINT_LIMIT),
-        Check("Gu in a very slow turn", 2, _each(slow, "Gu"), _HINT_SLOW),
+        Check("g on an arc", 3, each(turning, "g"), _HINT_ARC),
+        Check("g on a straight line", 1, each(straight, "g"), _HINT_LIMIT),
+        Check("g in a very slow turn", 2, each(slow, "g"), _HINT_SLOW),
+        Check("heading after many turns", 1, each(many_turns, "g"), "The motion never wraps the heading."),
+        Check("Gx on an arc", 2, each(turning, "Gx"), _HINT_JACOBIAN),
+        Check("Gx on a straight line", 1, each(straight, "Gx"), _HINT_LIMIT),
+        Check("Gx in a very slow turn", 1, each(slow, "Gx"), _HINT_SLOW),
+        Check("Gu on an arc", 3, each(turning, "Gu"), _HINT_JACOBIAN),
+        Check("Gu on a straight line", 1, each(straight, "Gu"), _HINT_LIMIT),
+        Check("Gu in a very slow turn", 2, each(slow, "Gu"), _HINT_SLOW),
         Check(
-            "arguments untouched", 2, _untouched(mixed, _ARGUMENTS, _ANY), "Work on copies, or on new names."
+            "arguments untouched", 2, untouched(mixed, _ARGUMENTS, _ANY), "Work on copies, or on new names."
         ),
         Check(
             "same call, same result",
             1,
-            _repeatable(mixed, _ANY),
+            repeatable(mixed, _ANY),
             "Use the arguments alone, nothing global.",
         ),
     ),
@@ -317,88 +241,29 @@ TRANSITION = Stage(
     reference=transition_update,
     tolerance=transition_tolerance,
     checks=(
-        Check("mean", 1, _each(both, "x"), "Which argument already is the predicted mean?"),
-        Check("covariance without control noise", 3, _each(prior_alone, "Sigma"), _HINT_PRIOR),
-        Check("covariance from an exactly known state", 3, _each(noise_alone, "Sigma"), _HINT_NOISE),
-        Check("whole step of a pose", 1, _each(both, "Sigma"), f"{_HINT_PRIOR} {_HINT_NOISE}"),
+        Check("mean", 1, each(both, "x"), "Which argument already is the predicted mean?"),
+        Check("covariance without control noise", 3, each(prior_alone, "Sigma"), _HINT_PRIOR),
+        Check("covariance from an exactly known state", 3, each(noise_alone, "Sigma"), _HINT_NOISE),
+        Check("whole step of a pose", 1, each(both, "Sigma"), f"{_HINT_PRIOR} {_HINT_NOISE}"),
         Check(
             "states of another size",
             1,
-            _each(larger),
+            each(larger),
             "Nothing in this step knows that a pose has 3 numbers.",
         ),
         Check(
             "arguments untouched",
             0.5,
-            _untouched(both, ("g", "Gx", "Gu", "Sigma", "R", "dt"), _SIGMA),
+            untouched(both, ("g", "Gx", "Gu", "Sigma", "R", "dt"), _SIGMA),
             "Sigma += ... writes into the caller's array; Sigma = Sigma + ... does not.",
         ),
         Check(
             "same call, same result",
             0.5,
-            _repeatable(both, _SIGMA),
+            repeatable(both, _SIGMA),
             "Use the arguments alone, nothing global.",
         ),
     ),
 )
 
 STAGES = (DYNAMICS, TRANSITION)
-
-
-def _wheels(values: dict[str, float]) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return g, G_x and G_u of a robot driven by its wheel speeds, from the unicycle by the chain rule."""
-    left, right, b = values["v_left"], values["v_right"], values["b"]
-    pose = np.array([values["x"], values["y"], values["theta"]])
-    g, Gx, Gu = compute_dynamics(pose, np.array([(left + right) / 2, (right - left) / b]), values["dt"])
-    return g, Gx, Gu @ np.array([[0.5, 0.5], [-1 / b, 1 / b]])
-
-
-def _wheel_point(rng: Generator) -> dict[str, float]:
-    """Draw unequal wheel speeds, forwards and backwards, for a robot that is not 1 m wide."""
-    speeds = rng.permutation([rng.uniform(0.3, 0.8), rng.uniform(1.1, 1.9)]) * rng.choice([-1, 1], 2)
-    x, y = rng.uniform(-3, 3, 2)
-    values = {"x": x, "y": y, "theta": _heading(rng), "v_left": speeds[0], "v_right": speeds[1]}
-    values |= {"b": rng.uniform(0.2, 0.7), "dt": rng.uniform(0.2, 1.5)}
-    return {name: float(value) for name, value in values.items()}
-
-
-def _equal_point(rng: Generator) -> dict[str, float]:
-    """Draw equal wheel speeds: a limit may be written with either of the two symbols."""
-    values = _wheel_point(rng)
-    return values | {"v_right": values["v_left"]}
-
-
-_WHEELS = ("v_left", "v_right")
-EXPRESSIONS = (
-    Expression(
-        "differential_drive.g",
-        lambda values: _wheels(values)[0].reshape(3, 1),
-        _wheel_point,
-        "What are V and omega of a robot whose wheels run at v_left and v_right, a distance b apart?",
-        rows=_POSE,
-    ),
-    Expression(
-        "differential_drive.G_x",
-        lambda values: _wheels(values)[1],
-        _wheel_point,
-        "Differentiate the new pose by x, y and theta, in that order.",
-        rows=_POSE,
-        columns=_POSE,
-    ),
-    Expression(
-        "differential_drive.G_u",
-        lambda values: _wheels(values)[2],
-        _wheel_point,
-        "Differentiate the new pose by v_left and v_right, in that order: both speeds change V and omega.",
-        rows=_POSE,
-        columns=_WHEELS,
-    ),
-    Expression(
-        "differential_drive.G_u0",
-        lambda values: _wheels(values)[2],
-        _equal_point,
-        "First differentiate, then let the speeds become equal: the other order loses a term.",
-        rows=_POSE,
-        columns=_WHEELS,
-    ),
-)

@@ -1,4 +1,4 @@
-"""Wrong versions of the graded stages, each one real mistake with a name: one module per notebook.
+"""Wrong versions of the graded stages, each one real mistake with a name: one module per subject.
 
 They are used twice. Every one must fail its stage's checks; and when a submission fails, its results are
 compared with theirs, so that feedback can say what the mistake is.
@@ -6,9 +6,9 @@ compared with theirs, so that feedback can say what the mistake is.
 
 from __future__ import annotations
 
-from autograder.misconceptions import motion_model, wheel_speeds
+from autograder.misconceptions import motion_model, prediction, wheel_speeds
 
-MISCONCEPTIONS = motion_model.MISCONCEPTIONS + wheel_speeds.MISCONCEPTIONS
+MISCONCEPTIONS = motion_model.MISCONCEPTIONS + prediction.MISCONCEPTIONS + wheel_speeds.MISCONCEPTIONS
 
 
 def of_stage(stage: str) -> tuple:
