@@ -84,8 +84,12 @@ class Session:
     def _open(self) -> Channel:
         channel = self.sandbox.open(self.limits)
         self.channel = channel
-        for name, (content, mode) in self.files.items():
-            self._request(["files", name, content, mode])
+        try:
+            for name, (content, mode) in self.files.items():
+                self._request(["files", name, content, mode])
+        except BaseException:
+            finish(channel)
+            raise
         return channel
 
     def _request(self, request: list, cpu: float = 0.0) -> list:

@@ -77,12 +77,16 @@ class State:
 
     def fork(self, descriptor: int) -> None:
         """Make a child with this state that serves the given channel; tell the warden its number."""
-        child = os.fork()
+        try:
+            child = os.fork()
+        except OSError:  # the submission has used up its processes
+            child = -1
         if child == 0:
             self.become_child(descriptor)
             return
         os.close(descriptor)
-        self.children.add(child)
+        if child > 0:
+            self.children.add(child)
         self.channel.send(["forked", child])
 
     def become_child(self, descriptor: int) -> None:

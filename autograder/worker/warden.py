@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 TICK = 0.05
 FORK_TIMEOUT = 20.0
 SNAPSHOT_BYTES = 64 * 1024**2
+KEPT = (".tmp", ".shm")  # see `zygote.isolate`
 
 
 class Ended(Exception):  # noqa: N818
@@ -265,42 +266,50 @@ class Warden:
 
 
 def snapshot(folder: Path) -> dict[str, tuple[int, Any]] | None:
-    """Return the files below a folder by relative name, None if they are too many to keep."""
+    """Return the files below a folder by relative name, None if they are too many to keep.
+
+    What cannot be read, because a submission made it so, is left out.
+    """
     found: dict[str, tuple[int, Any]] = {}
     size = 0
     for root, folders, names in os.walk(folder):
         for name in [*folders, *names]:
             path = Path(root, name)
-            status = path.lstat()
-            mode = status.st_mode & 0o777
             key = str(path.relative_to(folder))
-            if path.is_symlink():
-                found[key] = (-1, str(path.readlink()))
-            elif path.is_dir():
-                found[key] = (mode, None)
-            elif path.is_file():
-                size += status.st_size
-                if size > SNAPSHOT_BYTES:
-                    return None
-                found[key] = (mode, path.read_bytes())
+            with contextlib.suppress(OSError):
+                status = path.lstat()
+                mode = status.st_mode & 0o777
+                if path.is_symlink():
+                    found[key] = (-1, str(path.readlink()))
+                elif path.is_dir():
+                    found[key] = (mode, None)
+                elif path.is_file():
+                    size += status.st_size
+                    if size > SNAPSHOT_BYTES:
+                        return None
+                    found[key] = (mode, path.read_bytes())
     return found
 
 
 def restore(folder: Path, files: dict[str, tuple[int, Any]] | None) -> None:
-    """Bring a folder back to a snapshot."""
+    """Bring a folder back to a snapshot, as far as a submission has not made that impossible."""
     if files is None:
         return
     for path in folder.iterdir():
-        if path.is_dir() and not path.is_symlink():
-            shutil.rmtree(path, ignore_errors=True)
-        else:
-            path.unlink(missing_ok=True)
+        # The folders for temporary files are mounted elsewhere too: they are emptied, not made anew.
+        for entry in list(path.iterdir()) if path.name in KEPT else [path]:
+            with contextlib.suppress(OSError, RecursionError):
+                if entry.is_dir() and not entry.is_symlink():
+                    shutil.rmtree(entry, ignore_errors=True)
+                else:
+                    entry.unlink(missing_ok=True)
     for name, (mode, content) in files.items():
         path = folder / name
-        if mode == -1:
-            path.symlink_to(content)
-        elif content is None:
-            path.mkdir(parents=True, exist_ok=True)
-        else:
-            path.write_bytes(content)
-            path.chmod(mode)
+        with contextlib.suppress(OSError):
+            if mode == -1:
+                path.symlink_to(content)
+            elif content is None:
+                path.mkdir(parents=True, exist_ok=True)
+            else:
+                path.write_bytes(content)
+                path.chmod(mode)
