@@ -32,7 +32,7 @@ from traitlets import Bool, Integer
 from .isolated import IsolatedExecute
 from .pool import Pool
 from .repair import read_submission
-from .sandbox import SandboxError
+from .sandbox import SandboxError, require_bubblewrap
 
 MARKER = ".being-graded"
 AHEAD = 4  # submissions prepared for each process of the pool
@@ -119,6 +119,8 @@ class ParallelAutograde(Autograde):
     def convert_notebooks(self) -> None:
         """Grade all submissions that need it."""
         isolated = IsolatedExecute(parent=self)
+        if not isolated.trust_submissions:
+            self._require_sandbox()
         todo = [self._submission(folder) for folder in sorted(self.assignments)]
         progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
         errors: list[Submission] = []
@@ -150,6 +152,14 @@ class ParallelAutograde(Autograde):
                 )
             raise NbGraderException("some submissions could not be graded; the log says why")
 
+    def _require_sandbox(self) -> None:
+        """Refuse before anything is touched; nbgrader's command is silent about what it catches, so say it here."""
+        try:
+            require_bubblewrap()
+        except SandboxError as error:
+            self.log.error("%s", error)  # noqa: TRY400  (no traceback: the text says what to do)
+            raise NbGraderException(str(error)) from error
+
     def _submission(self, folder: str) -> Submission:
         regexp = self._format_source("(?P<assignment_id>.*)", "(?P<student_id>.*)", escape=True)
         match = re.match(regexp, folder)
@@ -163,6 +173,7 @@ class ParallelAutograde(Autograde):
             return step() is not False
         except (SandboxError, OperationalError) as error:
             self._remove(submission)
+            self.log.error("%s", error)  # noqa: TRY400  (nbgrader's command is silent about what it catches)
             raise NbGraderException(str(error)) from error
         except KeyboardInterrupt:
             self._remove(submission)

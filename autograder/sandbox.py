@@ -219,6 +219,18 @@ def command(packages: Sequence[str], mode: str, hidden: Sequence[str] = ()) -> l
     return [*arguments, str(Path(sys.executable).resolve()), "-I", "-S", "-B", "-c", start]
 
 
+def require_bubblewrap() -> None:
+    """Refuse to go on where there is no bubblewrap.
+
+    Raises
+    ------
+    SandboxError
+        If it is not installed; the text says what to do.
+    """
+    if shutil.which("bwrap") is None:
+        raise SandboxError(REMEDY.format(problem="it is not installed"))
+
+
 class Sandbox:
     """A running sandbox; :meth:`open` starts notebooks in it.
 
@@ -236,8 +248,7 @@ class Sandbox:
     """
 
     def __init__(self, packages: Sequence[str] = PACKAGES, hidden: Sequence[str] = ()) -> None:
-        if shutil.which("bwrap") is None:
-            raise SandboxError(REMEDY.format(problem="it is not installed"))
+        require_bubblewrap()
         modes = ["root", "user"] if os.geteuid() == 0 else ["user"]
         for mode in modes:
             problem = self._start(command(packages, mode, hidden))
