@@ -24,8 +24,8 @@ its work (no sandbox); 2 where the request was wrong. Errors are one or a few li
         * `diagnoses`: strings, the mistakes that were recognised;
         * `flagged`: string, why the grader could not judge the cell; empty where it could.
 
-`--format gradescope` is a `results.json` of Gradescope's autograders: one submission, so one notebook of a kind. `score`
-is the sum of the tests that have a score; a cell that a person marks is a test without one, and says so.
+`--format gradescope` is a `results.json` of Gradescope's autograders: one submission, so one notebook of a kind. Its
+`score` is the sum of the tests that have a score; a cell that a person marks is a test without one, and says so.
 """
 
 from __future__ import annotations
@@ -68,8 +68,7 @@ def as_text(grades: Sequence[NotebookGrade]) -> str:
 def _paragraphs(grade: NotebookGrade) -> str:
     waiting = f", {grade.waiting:g} more to be marked by a person" if grade.waiting else ""
     lines = [
-        f"{grade.file}: {grade.score:g} of {grade.points:g} points{waiting}"
-        f"  ({grade.assignment}/{grade.notebook})",
+        f"{grade.file}: {grade.score:g} of {grade.points:g} points{waiting}  ({grade.assignment}/{grade.notebook})",
         *(f"  Note: {notice}" for notice in grade.notices),
     ]
     for cell in grade.cells:
@@ -207,7 +206,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
         grades = grade_files(options.notebooks, options.assignment)
     except UsageError as error:
         return _complain(str(error), 2)
-    except (NbGraderException, RuntimeError) as error:
+    except NbGraderException:  # its log has said why
+        return 1
+    except RuntimeError as error:
         return _complain(str(error), 1)
     text = FORMATS[options.format](grades)
     if options.output is None:

@@ -1,8 +1,8 @@
 """Grading notebooks on their own: no course folder, no gradebook that stays, the same grader.
 
-`nbgrader autograde` grades a class that has been collected into the course's folders. Here any notebook is graded where
-it lies: it becomes the submission of a nameless student in a course that lives in a temporary folder, with a gradebook
-of its own and the configuration of the real course, so the limits, the sandbox and the checks are the ones of the class.
+`nbgrader autograde` grades a class that has been collected into the course's folders. Here any notebook is graded
+where it lies: it becomes the submission of a nameless student in a course that lives in a temporary folder, with a
+gradebook of its own and the configuration of the real course: limits, sandbox and checks are the ones of the class.
 What is reported about a cell is what feedback shows: never a hidden test, its inputs, or what a hidden call printed.
 
 Only the notebook itself is handed in; files beside it are not. Files of the assignment are there as they are for the

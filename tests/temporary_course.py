@@ -15,13 +15,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import nbformat
-from autograder.parallel import ParallelAutograde
-from autograder.plugin import configure
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 from nbgrader.api import Gradebook
 from nbgrader.apps import NbGraderAPI
 from sqlalchemy.exc import SAWarning
 from traitlets.config import Config
+
+from autograder.parallel import ParallelAutograde
+from autograder.plugin import configure
 
 ASSIGNMENT = NOTEBOOK = "powers"
 TWO_LINES = "from autograder.plugin import configure\nconfigure(get_config())\n"

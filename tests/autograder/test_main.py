@@ -6,13 +6,18 @@ import json
 import os
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import nbformat
 import pytest
-from autograder import __main__ as command
-from autograder.standalone import CellGrade, NotebookGrade, UsageError, find_tasks
 from temporary_course import CUBE, GRADED, HIDDEN, SQUARE, Course, environment
+
+from autograder import __main__ as command
+from autograder import standalone
+from autograder.grading import grade, grading_run
+from autograder.misconceptions.motion_model import euler_step
+from autograder.standalone import CellGrade, NotebookGrade, UsageError, find_tasks, recognised
 
 WRONG = "import sys\ndef square(x):\n    print('given', x)\n    return 2 * x"
 
@@ -135,11 +140,7 @@ def test_gradescope_results(grades):
 
 def test_recognised_mistakes_are_listed():
     """A misconception of the motion model is named in the list of diagnoses, and its report stays."""
-    from autograder.grading import grade, grading_run
-    from autograder.misconceptions.motion_model import euler_step
-    from autograder.standalone import recognised
-
-    with grading_run(secret="a course", publish=lambda bundle: None):
+    with grading_run(secret="a course", publish=lambda _: None):  # noqa: S106
         score = grade("motion.compute_dynamics", euler_step, points=10)
     titles = [d.title for d in score.report.diagnoses if d.known]
     assert titles
@@ -149,9 +150,7 @@ def test_recognised_mistakes_are_listed():
 
 def test_output_goes_to_a_file(course, grades, tmp_path, monkeypatch, capsys):
     """With --output the result is in the file and nothing on the terminal."""
-    from autograder import standalone
-
-    monkeypatch.setattr(standalone, "grade_files", lambda files, assignment: grades[:1])
+    monkeypatch.setattr(standalone, "grade_files", lambda *_: grades[:1])
     target = tmp_path / "results.json"
     arguments = ["grade", *paths(course, "good"), "--format", "gradescope", "--output", str(target)]
     assert command.main(arguments) == 0
@@ -161,8 +160,6 @@ def test_output_goes_to_a_file(course, grades, tmp_path, monkeypatch, capsys):
 
 def test_flagged_cell_has_no_score_and_says_why(grades):
     """What the grader could not judge is null, never 0, and the reason is there in every form."""
-    from dataclasses import replace
-
     cell = replace(
         grades[0].cells[0], score=None, report="GraderError: x", flagged="the test itself is faulty"
     )
