@@ -11,7 +11,7 @@ import bleach
 from nbformat.v4 import new_output
 
 MAX_CHARACTERS = 4_000_000
-_TAGS = frozenset(
+TAGS = frozenset(
     [
         "b",
         "blockquote",
@@ -124,7 +124,7 @@ def _data(data: dict) -> dict[str, str]:
         if mime == "text/plain":
             kept[mime] = _text(value)
         elif mime == "text/html":
-            kept[mime] = bleach.clean(value, tags=_TAGS, attributes={}, strip=True, strip_comments=True)
+            kept[mime] = bleach.clean(value, tags=TAGS, attributes={}, strip=True, strip_comments=True)
         elif (mime == "text/latex" and not _TEX_REACHES_OUT.search(value)) or (
             mime in _PICTURES and _is_picture(value, _PICTURES[mime])
         ):

@@ -6,7 +6,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from traitlets.config import Config
@@ -33,6 +33,7 @@ FEEDBACK = (
     "autograder.feedback.LeakFreeFeedback",
     "nbconvert.preprocessors.CSSHTMLHeaderPreprocessor",
 )
+PAGES = ("markdown2html", "clean_html")  # filters of the pages' templates that `autograder.sanitize` replaces
 
 
 def configure(c: Config) -> None:
@@ -46,7 +47,8 @@ def configure(c: Config) -> None:
     c.Autograde.sanitize_preprocessors = [_load(name) for name in SANITIZE]
     c.Autograde.autograde_preprocessors = [_load(name) for name in AUTOGRADE]
     c.GenerateFeedback.preprocessors = [_load(name) for name in FEEDBACK]
-    c.HTMLExporter.sanitize_html = True  # a submission's Markdown must not run in a reader's browser
+    c.HTMLExporter.sanitize_html = True  # nothing of a submission may run in a reader's browser
+    c.HTMLExporter.filters = {name: _load(f"autograder.sanitize.{name}") for name in PAGES}
     use_parallel_autograde()
 
 
@@ -61,7 +63,7 @@ def use_parallel_autograde() -> None:
     nbgrader.apps.autogradeapp.Autograde = ParallelAutograde
 
 
-def _load(dotted: str) -> type:
+def _load(dotted: str) -> Any:
     import importlib  # noqa: PLC0415
 
     module, _, name = dotted.rpartition(".")
