@@ -255,13 +255,14 @@ class ParallelAutograde(Autograde):
         self.log.info("Sanitizing %s", filename)
         resources = self.init_single_notebook_resources(filename)
         info = resources["nbgrader"]
-        notebook, info["unreadable"] = read_submission(Path(filename))
+        # What was handed in goes past nbconvert, which stumbles over what is not quite a notebook, to `RepairNotebook`.
+        info["submitted"], info["unreadable"] = read_submission(Path(filename))
         release = self.coursedir.format_path(self.coursedir.release_directory, ".", info["assignment"])
         info["release_file"] = Path(release, f"{info['notebook']}.ipynb")
         folder = self._format_dest(info["assignment"], info["student"])
         resources["metadata"] = {"name": info["notebook"], "path": folder}
         self._init_preprocessors()
-        output, resources = self.exporter.from_notebook_node(notebook or new_notebook(), resources=resources)
+        output, resources = self.exporter.from_notebook_node(new_notebook(), resources=resources)
         self.write_single_notebook(output, resources)
         return nbformat.reads(output, as_version=4), resources
 

@@ -250,7 +250,7 @@ class RepairNotebook(NbGraderPreprocessor):
         except MissingEntry:
             return nb, resources  # an unknown notebook: nbgrader itself leaves it out
         reason = info.get("unreadable", "")
-        repaired = repair(None if reason else nb, released, reason)
+        repaired = repair(None if reason else info.pop("submitted", nb), released, reason)
         for notice in repaired.metadata.get(NOTICE, []):
             self.log.warning("%s/%s: %s", info["student"], info["notebook"], notice)
         return repaired, resources
