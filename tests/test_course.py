@@ -1,0 +1,192 @@
+"""The tool that grades the sample class notices what is not as it must be. The real run is `make course`."""
+
+import importlib.util
+import socket
+import sys
+from pathlib import Path
+
+import nbformat
+import pytest
+from nbformat.v4 import new_code_cell, new_notebook, new_output
+
+ROOT = Path(__file__).resolve().parents[1]
+
+
+def load(name):
+    """Import a tool, which is in no package."""
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+    return sys.modules[name]
+
+
+for tool in ("notebooks", "sample_class", "course_report"):
+    load(tool)
+course, report = load("course"), load("course_report")
+Result = course.Result
+
+
+@pytest.fixture
+def table():
+    """Return what must come out of a class of two."""
+    return {
+        "ada": Result({"a": "2", "b": "manual"}, "Euler step"),
+        "bob": Result({"a": "0.3", "b": "0"}),
+    }
+
+
+def test_nothing_to_say_about_a_class_as_expected(table):
+    """Equal results give no line, and a score is a number however it is written."""
+    found = {**table, "bob": Result({"a": "0.30", "b": "0.0"})}
+    assert course.differences(table, found) == []
+
+
+@pytest.mark.parametrize(
+    ("student", "result", "line"),
+    [
+        ("bob", Result({"a": "0.31", "b": "0"}), "bob, a: expected 0.3, got 0.31"),
+        ("bob", Result({"a": "0.3"}), "bob, b: expected 0, got no row"),
+        ("bob", Result({"a": "0.3", "b": "no row"}), "bob, b: expected 0, got no row"),
+        ("bob", Result({"a": "0.3", "b": "manual"}), "bob, b: expected 0, got manual"),
+        ("bob", Result({"a": "0.3", "b": "0", "c": "1"}), "bob, c: expected no row, got 1"),
+        ("ada", Result({"a": "2", "b": "5"}, "Euler step"), "ada, b: expected manual, got 5"),
+        ("ada", Result({"a": "2", "b": "manual"}), "ada: expected the diagnosis 'Euler step', got ''"),
+        ("eve", Result(), "eve: in the gradebook, but not in the table"),
+        ("ada", None, "ada: expected in the gradebook, got no such student"),
+    ],
+)
+def test_each_difference_is_named(table, student, result, line):
+    """A wrong score, a missing row, a wrong diagnosis, a missing and an unknown student each give their line."""
+    found = {**table, student: result}
+    assert course.differences(table, {k: v for k, v in found.items() if v is not None}) == [line]
+
+
+def test_diagnosis_is_read_from_the_reports_of_test_cells(tmp_path):
+    """Recognised mistakes are read in order and once; what a student prints in a cell of his own is not one."""
+
+    def cell(text, **meta):
+        shown = new_output("display_data", data={"text/plain": text})
+        return new_code_cell("pass", metadata={"nbgrader": meta}, outputs=[shown])
+
+    text = "stage: 1 of 2 points\n  Recognised mistake: {} (Gx, Gu).\n    Why (it is so)."
+    cells = [cell(text.format(name), grade=True) for name in ("sign (of it)", "dt", "sign (of it)")]
+    cells.insert(0, cell(text.format("forged"), grade=False))
+    path = tmp_path / "graded.ipynb"
+    nbformat.write(new_notebook(cells=cells), path)
+    assert report.diagnosis(path) == "sign (of it); dt"
+    assert report.diagnosis(tmp_path / "none.ipynb") == ""
+
+
+def test_listener_hears():
+    """The listener counts connections, so that a count of 0 means that there was none."""
+    with course.Listener() as listener:
+        assert listener.hears()
+        assert listener.visits == 0
+        with socket.create_connection(("127.0.0.1", listener.port)) as connection:
+            connection.recv(1)
+        assert not listener.hears()
+    with pytest.raises(OSError, match=r".+"):
+        socket.create_connection(("127.0.0.1", listener.port), timeout=1).close()
+
+
+@pytest.mark.parametrize(
+    "names", [["a"], ["a1", "a2", "b"], ["mistake", "manual", "blank", "perfect", "eight"]]
+)
+def test_halves_take_every_student_once(names):
+    """The patterns that feedback is made by hold every student in exactly one of them."""
+    patterns = course.halves(names)
+    assert [sum(name[0] in pattern[1:-2] for pattern in patterns) for name in names] == [1] * len(names)
+
+
+@pytest.mark.parametrize(
+    "html",
+    [
+        "<script>steal()</script>",
+        "<script src='https://example.org/x.js'></script>",
+        "<b onclick='steal()'>b</b>",
+        "<img src='x' onerror='steal()'>",
+        "<a href=' JavaScript:steal()'>a</a>",
+        "<iframe srcdoc='x'></iframe>",
+    ],
+)
+def test_everything_that_would_run_is_seen(html):
+    """Scripts, event handlers, script links and frames are found; the same as text is none."""
+    assert report.scripts(f"<p>{html}</p>")
+    assert not report.scripts(html.replace("<", "&lt;"))
+
+
+def test_hidden_numbers_are_recognised_as_they_are_printed():
+    """A number is found in what print, repr and numpy show of it, and short numbers are not looked for."""
+    for value in (0.123456789012, -12.3456789012, 1.23456789012e-7, 0.00123456789012):
+        text = report._printed(value)
+        assert sum(c.isdigit() for c in text.lstrip("0.")) == 8
+        assert text in repr(value)
+    assert report._printed(0.5) == report._printed(1e-12) == report._printed(12345.0) == ""
+    assert len(report.hidden_numbers("a course")) > 300
+    assert not report.hidden_numbers("a course") & report.hidden_numbers("another")
+
+
+@pytest.fixture
+def graded(tmp_path):
+    """Make a small graded course and return its folder, source and a function that writes a feedback page."""
+    (tmp_path / report.FILE).write_text("a course\n")
+    source = new_notebook(
+        cells=[new_code_cell("# seen\n### BEGIN HIDDEN TESTS\nassert answer == 42\n### END HIDDEN TESTS")]
+    )
+
+    def write(student, html, printed="fine"):
+        for kind, suffix in (("feedback", "html"), ("autograded", "ipynb")):
+            (tmp_path / kind / student / "set").mkdir(parents=True)
+            path = tmp_path / kind / student / "set" / f"one.{suffix}"
+            if kind == "feedback":
+                path.write_text(html)
+            else:
+                cell = new_code_cell(outputs=[new_output("stream", text=printed)])
+                nbformat.write(new_notebook(cells=[cell]), path)
+
+    write("perfect", "<script>usual()</script>")
+    return tmp_path, source, write
+
+
+@pytest.mark.parametrize(
+    ("html", "printed", "words"),
+    [
+        ("<code>assert answer == 42</code>", "fine", "the hidden line 'assert answer == 42'"),
+        ("<script>steal()</script>", "fine", "would run 'steal()'"),
+        ("{number}", "fine", "the hidden number"),
+        ("fine", "REACHED the gradebook\n", "REACHED the gradebook"),
+    ],
+)
+def test_each_leak_is_named(graded, html, printed, words):
+    """Hidden tests or numbers in feedback, a script of a student's and a place reached give a line each."""
+    folder, source, write = graded
+    write("eve", html.format(number=min(report.hidden_numbers("a course"))), printed)
+    (line,) = report.leaks(folder, "set", "one", ["perfect", "eve"], source)
+    assert line.startswith("eve: ")
+    assert words in line
+
+
+def test_no_leak_and_no_feedback_are_told_apart(graded):
+    """Harmless feedback gives no line; a student without any gives one, and so does nothing to look for."""
+    folder, source, write = graded
+    write("bob", "<script>usual()</script><code># seen</code>")
+    assert report.leaks(folder, "set", "one", ["perfect", "bob"], source) == []
+    assert report.leaks(folder, "set", "one", ["perfect", "eve"], source) == [
+        "eve: expected feedback, got none"
+    ]
+    assert report.leaks(folder, "set", "one", ["perfect"], new_notebook()) == [
+        "there is nothing hidden to look for"
+    ]
+
+
+def test_exported_grades_hold_everyone_once(tmp_path):
+    """A student without a line in the exported grades, or with two, is named."""
+    path = tmp_path / "grades.csv"
+    path.write_text("assignment,student_id\nset,ada\nset,bob\nset,bob\n")
+    assert report.exported(path, ["ada"]) == []
+    assert report.exported(path, ["bob", "eve"]) == [
+        "bob: expected one line of grades.csv, got 2",
+        "eve: expected one line of grades.csv, got 0",
+    ]

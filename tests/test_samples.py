@@ -1,0 +1,219 @@
+"""The sample class: its table is whole, its students hand in what their files say."""
+
+import ast
+import importlib.util
+import re
+import sys
+from pathlib import Path
+
+import nbformat
+import numpy as np
+import pytest
+
+from autograder.check import Recorder, copied, run_stage
+from autograder.checks import STAGES
+from autograder.misconceptions import MISCONCEPTIONS
+
+ROOT = Path(__file__).resolve().parents[1]
+FOLDERS = sorted(folder for folder in (ROOT / "samples").glob("*/*") if folder.is_dir())
+PLACES = {"repository": "/repository", "course": "/course", "port": "1"}
+KINDS = ("perfect", "blank", "alternative-", "mistake-", "several-")
+
+
+def load(name):
+    """Import a tool, which is in no package."""
+    if name not in sys.modules:
+        spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
+        module = importlib.util.module_from_spec(spec)
+        sys.modules[name] = module
+        spec.loader.exec_module(module)
+    return sys.modules[name]
+
+
+load("notebooks")
+sample_class = load("sample_class")
+load("course_report")
+course = load("course")
+
+
+def release(folder):
+    """Return the released notebook that a folder of samples belongs to."""
+    return nbformat.read(ROOT / "notebooks" / folder.parent.name / f"{folder.name}.ipynb", as_version=4)
+
+
+@pytest.fixture(scope="module")
+def answers(tmp_path_factory):
+    """Return the right answers of the motion-model notebook by cell."""
+    folder = tmp_path_factory.mktemp("source")
+    load("notebooks").build_sources(ROOT / "solutions", folder)
+    source = nbformat.read(folder / "ekf-localization" / "motion-model.ipynb", as_version=4)
+    return sample_class.solutions(source)
+
+
+@pytest.fixture(scope="module")
+def released():
+    """Return the released motion-model notebook."""
+    return release(ROOT / "samples" / "ekf-localization" / "motion-model")
+
+
+def hand_in(sample, released, answers):
+    """Return the notebook that a sample hands in."""
+    data = sample_class.hand_in(sample, released, answers, PLACES)
+    return nbformat.reads(data.decode(), as_version=4)
+
+
+def grade_ids(notebook):
+    """Return the grade ids of a notebook in order."""
+    return [c.metadata.nbgrader["grade_id"] for c in notebook.cells if "nbgrader" in c.metadata]
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
+def test_table_lists_every_student_and_every_grade_cell(folder):
+    """The table of a notebook has a line for each student and a column for each cell that has points or is marked."""
+    expected = course.read_expected(folder.parent / "expected.csv")
+    assert sorted(expected) == [sample.name for sample in sample_class.sample_class(folder)]
+    graded = [c for c in release(folder).cells if (m := c.metadata.get("nbgrader")) and (m.grade or m.task)]
+    points = {cell.metadata.nbgrader["grade_id"]: cell.metadata.nbgrader["points"] for cell in graded}
+    for name, result in expected.items():
+        assert result.scores.keys() == points.keys(), name
+        for cell, score in result.scores.items():
+            assert score == course.MANUAL or 0 <= float(score) <= points[cell], (name, cell)
+
+
+def test_every_misconception_has_a_student():
+    """Each wrong version that the grader knows is the expected diagnosis of a student who makes that mistake alone."""
+    expected = course.read_expected(ROOT / "samples" / "ekf-localization" / "expected.csv")
+    alone = {result.diagnosis for name, result in expected.items() if name.startswith("mistake-")}
+    assert alone == {item.name for item in MISCONCEPTIONS}
+
+
+def test_who_loses_points_and_who_does_not():
+    """Right ways of writing get everything, mistakes cost something, and students who attack earn nothing by it."""
+    expected = course.read_expected(ROOT / "samples" / "ekf-localization" / "expected.csv")
+    totals = {
+        name: sum(float(score) for score in result.scores.values() if score != course.MANUAL)
+        for name, result in expected.items()
+    }
+    full = totals["perfect"]
+    assert full == 25
+    assert totals["blank"] == 0
+    for name, total in totals.items():
+        if name.startswith("alternative-"):
+            assert total == full, name
+        if name.startswith("mistake-"):
+            assert 0 < total < full, name
+    folder = ROOT / "samples" / "ekf-localization" / "motion-model"
+    attacks = [s.name for s in sample_class.sample_class(folder) if s.rest == "release"]
+    assert len(attacks) > 8
+    assert {totals[name] for name in attacks} == {0}
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
+def test_every_sample_can_be_handed_in(folder, answers):
+    """Every student's file can be made, is Python where it is a notebook, and has no place left open."""
+    released = release(folder)
+    before = nbformat.writes(released)
+    for sample in sample_class.sample_class(folder):
+        data = sample_class.hand_in(sample, released, answers, PLACES)
+        if sample.file != "notebook":
+            assert (data is None) == (sample.file == "none")
+            continue
+        notebook = nbformat.reads(data.decode(), as_version=4)
+        for name in sample.cells:
+            (cell,) = (c for c in notebook.cells if c.metadata.get("nbgrader", {}).get("grade_id") == name)
+            assert not re.search(r"@\w+@", cell.source), sample.name
+            if cell.cell_type == "code":
+                ast.parse(cell.source)
+    assert nbformat.writes(released) == before
+
+
+@pytest.mark.parametrize(
+    "item", [i for i in MISCONCEPTIONS if i.stage in sample_class.CELLS], ids=lambda item: item.name
+)
+def test_a_mistake_in_a_cell_is_the_mistake_of_the_catalogue(item, answers):
+    """What a student's cell computes is what the wrong version computes, up to the limits that the handout allows."""
+    stage = STAGES[item.stage]
+    sample = sample_class.mistake(item)
+    ((name, source),) = sample.cells.items()
+    namespace = {}
+    exec(source.replace("@solution@", answers[name]), namespace)  # noqa: S102 (our own)
+    recorder = Recorder(stage.reference)
+    run_stage(stage, recorder, "a course")
+    for call in recorder.calls:
+        if not item.determined(*call.args):
+            continue
+        ours, theirs = copied(call.args), copied(call.args)
+        wanted, got = item.function(*ours), namespace[stage.function_name](*theirs)
+        for one, other in zip([*wanted, *ours], [*got, *theirs], strict=True):
+            np.testing.assert_allclose(other, one, rtol=1e-7, atol=3e-3)
+
+
+def test_perfect_is_the_source_without_its_marks(answers, released):
+    """The perfect student's cells are the source's answers, with no mark of the source left."""
+    perfect = hand_in(sample_class.Sample("perfect", "right"), released, answers)
+    text = "".join(cell.source for cell in perfect.cells)
+    assert "SOLUTION" not in text
+    assert "NotImplementedError" not in text
+    assert "YOUR ANSWER" not in text
+
+
+def test_cells_can_be_deleted_renamed_and_be_there_twice(answers, released):
+    """The options delete, duplicate and rename do what they say and nothing else."""
+    names = grade_ids(released)
+    changed = sample_class.Sample(
+        "odd",
+        "odd",
+        delete=("dynamics-test",),
+        duplicate=("transition-test",),
+        rename={"wheels-g-test": "mine"},
+    )
+    got = grade_ids(hand_in(changed, released, answers))
+    i = names.index("transition-test")
+    wanted = [*names[:i], "transition-test", *names[i:]]
+    wanted.remove("dynamics-test")
+    wanted[wanted.index("wheels-g-test")] = "mine"
+    assert got == wanted
+
+
+def test_a_sample_that_names_an_unknown_cell_is_refused(answers, released):
+    """A cell that the release does not have is a mistake of the sample's."""
+    for sample in (
+        sample_class.Sample("odd", "odd", cells={"dynamic": "1"}),
+        sample_class.Sample("odd", "odd", delete=("dynamic",)),
+    ):
+        with pytest.raises(ValueError, match="odd: expected cells of the release, got dynamic"):
+            sample_class.hand_in(sample, released, answers, PLACES)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("nothing", "expected a heading and what the student does"),
+        ("# title\n\n```{cell} dynamics\npass\n```\n", "expected a heading and what the student does"),
+        ("---\nrests: 1\n---\n# title\n\nText.\n", r"expected options .*, got \['rests'\]"),
+    ],
+)
+def test_a_sample_that_says_too_little_is_refused(text, words, tmp_path):
+    """A sample without heading or sentence, or with an unknown option, is a mistake."""
+    path = tmp_path / "odd.md"
+    path.write_text(text)
+    with pytest.raises(ValueError, match=words):
+        sample_class.read_sample(path)
+
+
+def test_a_sample_is_read_as_it_is_written(tmp_path):
+    """Options, sentence and cells are read; a cell may come from a file of the repository."""
+    path = tmp_path / "odd.md"
+    cell = "```{cell} dynamics from tests/autograder/alternatives/series.py\n```\n"
+    path.write_text(
+        f"---\nrest: release\ndelete: [a]\n---\n# Odd\n\nWhat\nit does.\n\n```{{cell}} b\nx = 1\n```\n\n{cell}"
+    )
+    sample = sample_class.read_sample(path)
+    assert (sample.name, sample.about, sample.rest, sample.delete) == (
+        "odd",
+        "What it does.",
+        "release",
+        ("a",),
+    )
+    assert sample.cells["b"] == "x = 1"
+    assert "power series" in sample.cells["dynamics"]

@@ -1,0 +1,180 @@
+"""Look at what a graded class leaves behind: recognised mistakes, leaks in feedback, the exported grades."""
+
+from __future__ import annotations
+
+import csv
+import re
+from html.parser import HTMLParser
+from typing import TYPE_CHECKING
+
+import nbformat
+import numpy as np
+
+from autograder.check import Recorder, run_stage
+from autograder.checks import EXPRESSIONS, STAGES
+from autograder.roles import visible_part
+from autograder.secret import FILE
+
+if TYPE_CHECKING:
+    from collections.abc import Iterator, Sequence
+    from pathlib import Path
+
+    from nbformat import NotebookNode
+
+REACHED = "REACHED"  # what a hostile sample prints beside anything it could get hold of
+_MISTAKE = re.compile(r"^ *Recognised mistake: (?P<title>.+) \([^()]*\)\.$", re.MULTILINE)
+_DATA = re.compile(r"data:image/[a-z]+;base64,[A-Za-z0-9+/=\s]+")
+_STYLE = re.compile(r"<style.*?</style>", re.DOTALL)
+_DIGITS = 8
+
+
+def diagnosis(path: Path) -> str:
+    """Return the recognised mistakes in the reports of a graded notebook, each once, separated by semicolons."""
+    if not path.is_file():
+        return ""
+    found: list[str] = []
+    for cell in nbformat.read(path, as_version=4).cells:
+        if cell.metadata.get("nbgrader", {}).get("grade"):
+            for output in cell.get("outputs", []):
+                found += _MISTAKE.findall(output.get("data", {}).get("text/plain", ""))
+    return "; ".join(dict.fromkeys(found))
+
+
+class _Scripts(HTMLParser):
+    """Collect what a page would run."""
+
+    def __init__(self) -> None:
+        super().__init__()
+        self.found: set[str] = set()
+        self.inside = False
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        """Note scripts from elsewhere, and what runs on an event or when a link is followed."""
+        self.inside = tag == "script"
+        for name, value in attrs:
+            text = (value or "").strip()
+            if (tag == "script" and name == "src") or name.startswith("on"):
+                self.found.add(f"{name}={text}")
+            elif text.lower().startswith(("javascript:", "data:text")) or tag in {
+                "iframe",
+                "object",
+                "embed",
+            }:
+                self.found.add(f"{tag} {name}={text}")
+
+    handle_startendtag = handle_starttag
+
+    def handle_data(self, data: str) -> None:
+        """Note a script that stands in the page."""
+        if self.inside and data.strip():
+            self.found.add(data)
+
+    def handle_endtag(self, _tag: str) -> None:
+        """Leave a script."""
+        self.inside = False
+
+
+def scripts(html: str) -> set[str]:
+    """Return everything that a page would run."""
+    parser = _Scripts()
+    parser.feed(html)
+    parser.close()
+    return parser.found
+
+
+def hidden_lines(source: NotebookNode) -> set[str]:
+    """Return the lines of a source notebook's hidden tests."""
+    found: set[str] = set()
+    for cell in source.cells:
+        if cell.cell_type == "code":
+            found |= set(cell.source.splitlines()) - set(visible_part(cell.source).splitlines())
+    return {line.strip() for line in found if len(line.strip()) > 3}
+
+
+def hidden_numbers(secret: str) -> set[str]:
+    """Return the hidden inputs of all checks and the right results, as they begin when they are printed.
+
+    Only numbers of eight digits or more are taken: shorter ones stand in a page by chance.
+    """
+    seen: list[float] = []
+    stages = [*STAGES.values(), *(expression.stage() for expression in EXPRESSIONS.values())]
+    for stage in stages:
+        recorder = Recorder(stage.reference)
+        run_stage(stage, recorder, secret)
+        for call in recorder.calls:
+            seen += _numbers([call.args, call.returned])
+    return {text for value in seen if len(text := _printed(value)) > _DIGITS}
+
+
+def _numbers(value: object) -> Iterator[float]:
+    if isinstance(value, dict):
+        value = list(value.values())
+    if isinstance(value, (list, tuple)):
+        for one in value:
+            yield from _numbers(one)
+    elif isinstance(value, (int, float, np.ndarray)):
+        yield from (float(one) for one in np.ravel(value))
+
+
+def _printed(value: float) -> str:
+    """Return the first digits of a number, without those that rounding could change."""
+    text = repr(abs(value)).partition("e")[0]
+    if len(text.replace(".", "").lstrip("0")) <= _DIGITS:
+        return ""
+    start = len(text) - len(text.lstrip("0."))
+    return text[: start + _DIGITS + ("." in text[start:])]
+
+
+def leaks(
+    course: Path, assignment: str, notebook: str, students: Sequence[str], source: NotebookNode
+) -> list[str]:
+    """Say what students see or did that they must not.
+
+    Parameters
+    ----------
+    course : pathlib.Path
+        Folder of the graded course.
+    assignment, notebook : str
+        Which notebook.
+    students : sequence of str
+        All of the class; there must be feedback for each, and one is named ``perfect``.
+    source : NotebookNode
+        The source notebook, with its hidden tests.
+
+    Returns
+    -------
+    list of str
+        A line for each fault.
+    """
+    lines = hidden_lines(source)
+    numbers = hidden_numbers((course / FILE).read_text(encoding="utf-8").strip())
+    faults = [] if lines and numbers else ["there is nothing hidden to look for"]
+    pages = {name: course / "feedback" / name / assignment / f"{notebook}.html" for name in students}
+    usual = scripts(pages["perfect"].read_text(encoding="utf-8")) if pages["perfect"].is_file() else set()
+    for student, page in pages.items():
+        if not page.is_file():
+            faults.append(f"{student}: expected feedback, got none")
+            continue
+        html = page.read_text(encoding="utf-8")
+        text = _STYLE.sub("", _DATA.sub("", html))
+        faults += [
+            f"{student}: the feedback holds the hidden line {line!r}" for line in lines if line in text
+        ]
+        faults += [f"{student}: the feedback holds the hidden number {n}" for n in numbers if n in text]
+        faults += [f"{student}: the feedback would run {one[:80]!r}" for one in scripts(html) - usual]
+        graded = course / "autograded" / student / assignment / f"{notebook}.ipynb"
+        for cell in nbformat.read(graded, as_version=4).cells:
+            printed = "".join(one.get("text", "") for one in cell.get("outputs", []))
+            faults += [f"{student}: {line}" for line in printed.splitlines() if line.startswith(REACHED)]
+    return faults
+
+
+def exported(path: Path, students: Sequence[str]) -> list[str]:
+    """Say which students the exported grades lack, or have more than once."""
+    with path.open(newline="", encoding="utf-8") as file:
+        names = [row["student_id"] for row in csv.DictReader(file)]
+    return [
+        f"{name}: expected one line of {path.name}, got {names.count(name)}"
+        for name in students
+        if names.count(name) != 1
+    ]

@@ -1,0 +1,272 @@
+"""Build the sample class: hand in the released notebook as a student would, once for every sample.
+
+A sample is a small text file, ``samples/<assignment>/<notebook>/<student>.md``: a heading, a sentence on what the
+student does, and the cells that the student writes, by grade id::
+
+    ```{cell} dynamics
+    def compute_dynamics(xvec, u, dt):
+        ...
+    ```
+
+``{cell} dynamics from tests/autograder/alternatives/series.py`` takes the cell from a file instead. Lines
+between ``---`` at the top say more, all of it optional:
+
+``rest: release``
+    The student's other cells stay as released; without it they hold the right answers.
+``delete: [name]``, ``duplicate: [name]``, ``rename: {name: other}``
+    What happens to cells of the release.
+``file: text`` or ``file: none``
+    The cells are handed in as plain text, or nothing is.
+
+``@repository@``, ``@course@`` and ``@port@`` stand for two folders and a port that something listens on, and
+``@solution@`` for the right answer to the same cell.
+
+Every wrong version of a stage in `autograder.misconceptions` is a student too, ``mistake-<its name>``: the cell is
+made from the source of that version, so that there is one home for it.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import inspect
+import re
+import textwrap
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import nbformat
+import yaml
+
+from autograder.checks import STAGES
+from autograder.misconceptions import MISCONCEPTIONS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    from nbformat import NotebookNode
+
+    from autograder.misconceptions.model import Misconception
+
+ROOT = Path(__file__).resolve().parents[1]
+CELLS = {"motion.compute_dynamics": "dynamics", "gaussian.transition_update": "transition"}
+_HEAD = re.compile(
+    r"\A(?:---\n(?P<options>.*?)^---\n)?\s*# (?P<title>[^\n]+)\n(?P<text>.*)\Z", re.DOTALL | re.MULTILINE
+)
+_CELL = re.compile(
+    r"^```\{cell\} (?P<name>\S+)(?: from (?P<path>\S+))?\n(?P<source>.*?)^```$", re.DOTALL | re.MULTILINE
+)
+_MARKER = re.compile(r"^.*(?:###|===) (?:BEGIN|END) SOLUTION.*\n?", re.MULTILINE)
+_OPTIONS = {"rest", "delete", "duplicate", "rename", "file"}
+
+
+@dataclass(frozen=True)
+class Sample:
+    """One student of the sample class.
+
+    Attributes
+    ----------
+    name, about : str
+        The student's id, and a sentence on what is tried.
+    cells : dict of str to str
+        What the student writes, by grade id.
+    rest : {"solution", "release"}
+        What the other cells of the student's hold.
+    delete, duplicate : tuple of str
+        Cells of the release that are missing, or there twice.
+    rename : dict of str to str
+        New grade ids by old.
+    file : {"notebook", "text", "none"}
+        What is handed in.
+    """
+
+    name: str
+    about: str
+    cells: dict[str, str] = field(default_factory=dict)
+    rest: str = "solution"
+    delete: tuple[str, ...] = ()
+    duplicate: tuple[str, ...] = ()
+    rename: dict[str, str] = field(default_factory=dict)
+    file: str = "notebook"
+
+
+def read_sample(path: Path) -> Sample:
+    """Read a sample.
+
+    Raises
+    ------
+    ValueError
+        If the file has no heading, no sentence, or an unknown option.
+    """
+    match = _HEAD.match(path.read_text(encoding="utf-8"))
+    about = _CELL.sub("", match["text"]).strip() if match else ""
+    if not about:
+        raise ValueError(f"{path.name}: expected a heading and what the student does")
+    options = yaml.safe_load(match["options"] or "") or {}
+    if unknown := set(options) - _OPTIONS:
+        raise ValueError(f"{path.name}: expected options {sorted(_OPTIONS)}, got {sorted(unknown)}")
+    cells = {}
+    for cell in _CELL.finditer(match["text"]):
+        source = (ROOT / cell["path"]).read_text(encoding="utf-8") if cell["path"] else cell["source"]
+        cells[cell["name"]] = source.strip()
+    options |= {name: tuple(options[name]) for name in ("delete", "duplicate") if name in options}
+    return Sample(path.stem, " ".join(about.split()), cells, **options)
+
+
+def sample_class(folder: Path) -> list[Sample]:
+    """Return all students of a notebook: those with a file, and one for each wrong version of a stage.
+
+    Parameters
+    ----------
+    folder : Path
+        The samples of one notebook.
+
+    Returns
+    -------
+    list of Sample
+        Sorted by name.
+    """
+    written = [read_sample(path) for path in sorted(folder.glob("*.md"))]
+    generated = [mistake(item) for item in MISCONCEPTIONS if item.stage in CELLS]
+    return sorted(written + generated, key=lambda sample: sample.name)
+
+
+def mistake(item: Misconception) -> Sample:
+    """Return the student who makes one mistake, and makes it in the words of the wrong version itself."""
+    cell = CELLS[item.stage]
+    slug = re.sub(r"[^a-z0-9]+", "-", item.name.lower().replace("'", "")).strip("-")
+    return Sample(f"mistake-{slug}", f"{item.name}: {item.explanation}", {cell: student_source(item)})
+
+
+def student_source(item: Misconception) -> str:
+    """Return the source of a wrong version as a student's cell.
+
+    The wrong versions call the right one and spoil its result. In the cell that is the released notebook's own
+    right answer, put before it under the name ``right_...``.
+    """
+    answer = STAGES[item.stage].function_name
+    parts: dict[str, str] = {}
+    _collect(item.function, answer, parts)
+    body = "\n\n\n".join(parts.values())
+    if f"right_{answer}" in body:
+        body = f"@solution@\n\n\nright_{answer} = {answer}\n\n\n{body}"
+    return f"import numpy as np\n\n{body}"
+
+
+def _collect(function: Callable[..., Any], name: str, parts: dict[str, str]) -> None:
+    """Add a function's source, after the source of what it uses, to the parts of a cell."""
+    node = _definition(function)
+    renamed = {}
+    scope = inspect.getclosurevars(function)
+    for used, value in {**scope.globals, **scope.nonlocals}.items():
+        if not callable(value):
+            if isinstance(value, (int, float)):
+                parts[used] = f"{used} = {value!r}"
+        elif value.__module__.startswith("roboloc_reference"):
+            renamed[used] = f"right_{used}"
+        elif used not in parts:
+            _collect(value, used, parts)
+    parts[name] = _written(node, name, renamed)
+
+
+def _definition(function: Callable[..., Any]) -> ast.FunctionDef | ast.Lambda:
+    """Find where a function is written."""
+    code = function.__code__
+    tree = ast.parse(inspect.getsource(inspect.getmodule(function)))
+    names = list(code.co_varnames[: code.co_argcount])
+    for node in ast.walk(tree):
+        if not isinstance(node, (ast.FunctionDef, ast.Lambda)) or node.lineno != code.co_firstlineno:
+            continue
+        if [argument.arg for argument in node.args.args] == names:
+            return node
+    raise ValueError(f"{function.__qualname__}: expected a function whose source is at hand")
+
+
+class _Rename(ast.NodeTransformer):
+    """Use other names, and take annotations away."""
+
+    def __init__(self, names: dict[str, str]) -> None:
+        self.names = names
+
+    def visit_Name(self, node: ast.Name) -> ast.Name:
+        node.id = self.names.get(node.id, node.id)
+        return node
+
+    def visit_arg(self, node: ast.arg) -> ast.arg:
+        node.annotation = None
+        return node
+
+
+def _written(node: ast.FunctionDef | ast.Lambda, name: str, renamed: dict[str, str]) -> str:
+    node = _Rename(renamed).visit(copy.deepcopy(node))
+    if isinstance(node, ast.Lambda):
+        return f"{name} = {ast.unparse(node)}"
+    node.name, node.returns = name, None
+    return ast.unparse(node)
+
+
+def solutions(source: NotebookNode) -> dict[str, str]:
+    """Return the right answers of a source notebook by grade id."""
+    cells = [(cell, cell.metadata.get("nbgrader", {})) for cell in source.cells]
+    return {
+        meta["grade_id"]: textwrap.dedent(_MARKER.sub("", cell.source)).strip()
+        for cell, meta in cells
+        if meta.get("solution")
+    }
+
+
+def hand_in(
+    sample: Sample, release: NotebookNode, answers: dict[str, str], places: dict[str, str]
+) -> bytes | None:
+    """Return the file that a student hands in, None if there is none.
+
+    Parameters
+    ----------
+    sample : Sample
+        The student.
+    release : NotebookNode
+        The released notebook; not changed.
+    answers : dict of str to str
+        Right answers by grade id.
+    places : dict of str to str
+        What ``@name@`` stands for.
+
+    Raises
+    ------
+    ValueError
+        If the sample names a cell that the release does not have.
+    """
+    if sample.file == "none":
+        return None
+    written = {name: _filled(source, name, answers, places) for name, source in sample.cells.items()}
+    if sample.file == "text":
+        return "\n\n".join(written.values()).encode()
+    notebook = copy.deepcopy(release)
+    named = {cell.metadata["nbgrader"]["grade_id"] for cell in notebook.cells if "nbgrader" in cell.metadata}
+    if unknown := {*written, *sample.delete, *sample.duplicate, *sample.rename} - named:
+        raise ValueError(f"{sample.name}: expected cells of the release, got {', '.join(sorted(unknown))}")
+    if sample.rest == "solution":
+        written = answers | written
+    cells = []
+    for cell in notebook.cells:
+        meta = cell.metadata.get("nbgrader", {})
+        name = meta.get("grade_id")
+        if name in sample.delete:
+            continue
+        if name in written:
+            cell.source = written[name]
+        if name in sample.duplicate:
+            cells.append(copy.deepcopy(cell))
+            cells[-1]["id"] = f"{name}-copy"
+        if name in sample.rename:
+            meta["grade_id"] = sample.rename[name]
+        cells.append(cell)
+    notebook.cells = cells
+    return (nbformat.writes(notebook) + "\n").encode()
+
+
+def _filled(source: str, name: str, answers: dict[str, str], places: dict[str, str]) -> str:
+    for key, value in {**places, "solution": answers.get(name, "")}.items():
+        source = source.replace(f"@{key}@", value)
+    return source
