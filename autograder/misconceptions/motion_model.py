@@ -287,6 +287,7 @@ MISCONCEPTIONS = (
         "which is how it survives a first test.",
         "Call your function with dt and with half of dt: what must change?",
         duration_ignored,
+        _well_conditioned,  # the limits that are allowed at small omega are those of another step
     ),
     Misconception(
         "the caller's pose overwritten",
