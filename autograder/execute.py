@@ -8,6 +8,7 @@ been sent, so none can carry one.
 from __future__ import annotations
 
 import contextlib
+import itertools
 import math
 import os
 import signal
@@ -68,6 +69,8 @@ class Execution:
         What it may use.
     files : dict of str to tuple of (bytes, int)
         The notebook's folder.
+    warm : bool, optional
+        Whether the sandbox may run the instructor's cells at the beginning once beforehand; see `worker.zygote`.
     """
 
     def __init__(
@@ -77,6 +80,8 @@ class Execution:
         sandbox: Sandbox,
         limits: Limits,
         files: dict[str, tuple[bytes, int]],
+        *,
+        warm: bool = True,
     ) -> None:
         self.limits = limits
         self.cells = [
@@ -84,7 +89,7 @@ class Execution:
             for node in notebook.cells
             if node.cell_type == "code"
         ]
-        self.session = Session(sandbox, limits, files)
+        self.session = Session(sandbox, limits, files, self.beginning() if warm else ())
         self.shell = make_shell("__test__")
         # IPython inspects the objects that a one-line cell names; a `Remote` refuses that.
         self.shell.prefilter_manager.prefilter_lines = lambda lines, continue_prompt=False: lines  # noqa: ARG005
@@ -94,6 +99,11 @@ class Execution:
         given = [cell.names for cell in self.cells if cell.role == "given"]
         shared = frozenset().union(*(names.stores - set(names.imports) for names in [*stubs, *given]))
         self.mirror = Mirror(self.session, self.namespace, shared)
+
+    def beginning(self) -> list[str]:
+        """Return the instructor's cells before the first one that a submission could have changed."""
+        given = itertools.takewhile(lambda cell: cell.role == "given", self.cells)
+        return [cell.node.source for cell in given]
 
     def run(self) -> None:
         """Run all cells and close the session."""

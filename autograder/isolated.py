@@ -37,6 +37,11 @@ class IsolatedExecute(NbGraderPreprocessor):
         list(PACKAGES),
         help="Installed distributions that submissions may import, with what they require.",
     ).tag(config=True)
+    warm_up = Bool(
+        True,
+        help="Let the sandbox run the locked cells at a notebook's beginning once, so that what they import and what "
+        "libraries remember of them is warm. Each notebook still runs them itself.",
+    ).tag(config=True)
     call_cpu = Float(_DEFAULT.call_cpu, help="Processor seconds of one call by a test.").tag(config=True)
     cell_cpu = Float(_DEFAULT.cell_cpu, help="Processor seconds of one cell.").tag(config=True)
     notebook_cpu = Float(_DEFAULT.notebook_cpu, help="Processor seconds of a notebook.").tag(config=True)
@@ -93,6 +98,7 @@ class IsolatedExecute(NbGraderPreprocessor):
             hidden=(str(Path.cwd().resolve()), str(Path(__file__).resolve().parents[1])),
             problem=problem,
             run=self.run_id,
+            warm=self.warm_up,
         )
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:

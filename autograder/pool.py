@@ -48,6 +48,8 @@ class Job:
         Why it cannot be executed at all; empty where it can.
     run : str
         The run of the grader, for the reports.
+    warm : bool
+        See `execute.Execution`.
     """
 
     key: str
@@ -59,6 +61,7 @@ class Job:
     hidden: tuple[str, ...] = ()
     problem: str = ""
     run: str = ""
+    warm: bool = True
 
     def record(self) -> dict[str, str]:
         """Return what an appeal needs to know: which run, and which versions of the release, checks and packages."""
@@ -118,7 +121,8 @@ def execute(job: Job) -> str:
         notebook = nbformat.reads(job.notebook, as_version=4)
         try:
             with grading_run(run_id=job.run):
-                Execution(notebook, job.release, sandbox, Limits.from_list(list(job.limits)), job.files).run()
+                limits = Limits.from_list(list(job.limits))
+                Execution(notebook, job.release, sandbox, limits, job.files, warm=job.warm).run()
         except SandboxError:
             _close_sandboxes()
             if attempt + 1 == ATTEMPTS:

@@ -275,13 +275,15 @@ class Sandbox:
             return (text.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
         return ""
 
-    def open(self, limits: Limits) -> Channel:
+    def open(self, limits: Limits, beginning: Sequence[str] = ()) -> Channel:
         """Start a notebook; return the channel to its warden.
 
         Parameters
         ----------
         limits : Limits
             What it may use.
+        beginning : sequence of str, optional
+            The instructor's cells with which it begins, as others do: they are run once beforehand, to be warm.
 
         Returns
         -------
@@ -292,9 +294,10 @@ class Sandbox:
         # As root every notebook is another user, so that none can signal, trace or be counted with another.
         uid = self.uid or (1 << 30) + secrets.randbelow(1 << 29)
         try:
-            self.control.send([limits.to_list(), uid], START_TIMEOUT)
+            self.control.send([limits.to_list(), uid, list(beginning)], START_TIMEOUT)
             self.control.send_descriptor(theirs.fileno())
         except (Closed, TimeoutError) as error:
+            ours.close()
             raise SandboxError("the sandbox has ended") from error
         finally:
             theirs.close()

@@ -10,6 +10,8 @@ from .sandbox import SandboxError, finish
 from .worker.channel import Channel, Closed
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .sandbox import Sandbox
     from .worker.limits import Limits
 
@@ -69,20 +71,27 @@ class Session:
         What it may use.
     files : dict of str to tuple of (bytes, int)
         The notebook's folder: content and mode by relative name.
+    beginning : sequence of str, optional
+        See `Sandbox.open`.
     """
 
     def __init__(
-        self, sandbox: Sandbox, limits: Limits, files: dict[str, tuple[bytes, int]] | None = None
+        self,
+        sandbox: Sandbox,
+        limits: Limits,
+        files: dict[str, tuple[bytes, int]] | None = None,
+        beginning: Sequence[str] = (),
     ) -> None:
         self.sandbox = sandbox
         self.limits = limits
         self.files = files or {}
+        self.beginning = beginning
         self.history: list[list] = []
         self.left = limits.notebook_cpu
         self.channel = self._open()
 
     def _open(self) -> Channel:
-        channel = self.sandbox.open(self.limits)
+        channel = self.sandbox.open(self.limits, self.beginning)
         self.channel = channel
         try:
             for name, (content, mode) in self.files.items():

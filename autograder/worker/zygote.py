@@ -2,6 +2,8 @@
 
 It is started by `autograder.sandbox` inside bubblewrap. It sees no submission: the grader hands it a socket, it forks a
 warden into new pid, mount and IPC namespaces with a folder of its own, and what the notebook is goes over that socket.
+The one thing it is told of an assignment is the cells of the instructor's with which all its notebooks begin: a child
+runs them once, so that what they import and what SymPy remembers of them is warm when each notebook runs them again.
 """
 
 from __future__ import annotations
@@ -10,19 +12,26 @@ import contextlib
 import ctypes
 import gc
 import importlib
+import linecache
 import os
+import resource
 import signal
 import socket
 import sys
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
+from .. import wire
 from . import state as state_
-from .channel import Channel, Closed
+from .channel import Channel, Closed, pair
 from .limits import Limits
-from .shell import make_shell
+from .shell import fresh_namespace, make_shell, run_cell
+
+if TYPE_CHECKING:
+    from .shell import NotebookShell
 
 HOME = Path("/home/student")
+WARM_UP_SECONDS = 60
 PRELOAD = (
     "numpy.testing", "numpy.linalg", "numpy.random", "scipy.linalg", "sympy", "matplotlib.pyplot",
     "matplotlib_inline.backend_inline", "IPython.display", "roboloc.angles", "roboloc.se2", "roboloc.simulation",
@@ -84,6 +93,16 @@ def drop_privileges(uid: int) -> None:
     _check(_libc.prctl(_PR_SET_NO_NEW_PRIVS, 1, 0, 0, 0), "no_new_privs")
 
 
+def keep_only(descriptor: int) -> None:
+    """Close every inherited descriptor but one, and connect the standard streams to nothing."""
+    os.closerange(3, descriptor)
+    os.closerange(descriptor + 1, max(resource.getrlimit(resource.RLIMIT_NOFILE)[0], descriptor + 1))
+    nothing = os.open(os.devnull, os.O_RDWR)
+    for stream in range(3):
+        os.dup2(nothing, stream)
+    os.close(nothing)
+
+
 def spawn(descriptor: int, limits: Limits, uid: int, shell: Any) -> None:
     """Run a notebook's warden to its end; in a child of the zygote, does not return.
 
@@ -93,6 +112,10 @@ def spawn(descriptor: int, limits: Limits, uid: int, shell: Any) -> None:
     from .warden import Warden  # noqa: PLC0415
 
     with contextlib.suppress(Exception):
+        # Nobody empties the zygote's standard error: what one notebook wrote there would stop the next.
+        null = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(null, 2)
+        os.close(null)
         isolate(limits, uid)
         child = os.fork()
         if child == 0:
@@ -126,9 +149,109 @@ def preload() -> list[str]:
         axes.set_title("$x$")
         figure.canvas.draw()
         plt.close(figure)
-    gc.collect()
-    gc.freeze()  # what is here stays: collections in forks must not touch, and so copy, its pages
     return missing
+
+
+def warm_up(shell: NotebookShell, sources: list[str]) -> None:
+    """Run cells for what they import and what libraries remember of them; their names are forgotten again.
+
+    Parameters
+    ----------
+    shell : NotebookShell
+        The shell that notebooks are forked with.
+    sources : list of str
+        Cells of the instructor's with which every notebook of an assignment begins. One that fails here, for lack of
+        a file say, does no harm: each notebook runs it again.
+    """
+    signal.alarm(WARM_UP_SECONDS)  # its default action ends this process, and notebooks start cold
+    for source in sources:
+        run_cell(shell, source)
+    signal.alarm(0)
+    if "matplotlib.pyplot" in sys.modules:
+        sys.modules["matplotlib.pyplot"].close("all")
+    shell.reset(new_session=True)
+    fresh_namespace(shell, "__main__")
+    shell.execution_count = 1
+    linecache.clearcache()
+    settle()
+
+
+def settle() -> None:
+    """Let collections in forks leave alone what is in memory now: touching a page would copy it."""
+    gc.collect()
+    gc.freeze()
+
+
+class Nursery:
+    """Forks notebooks; for each beginning that notebooks share, a child that has run it once.
+
+    Parameters
+    ----------
+    control : Channel
+        Where requests come from.
+    shell : NotebookShell
+        What notebooks start with.
+    """
+
+    def __init__(self, control: Channel, shell: NotebookShell) -> None:
+        self.control = control
+        self.shell = shell
+        self.warm: dict[tuple[str, ...], Channel | None] = {}
+
+    def serve(self) -> None:
+        """Start notebooks until the control channel closes."""
+        while True:
+            try:
+                limits, uid, beginning = self.control.receive()
+                handed = self.control.receive_descriptor()
+            except Closed:
+                return
+            if not (beginning and self.pass_on(tuple(beginning), limits, uid, handed)):
+                self.fork_notebook(Limits.from_list(limits), uid, handed)
+            os.close(handed)
+            with contextlib.suppress(ChildProcessError):
+                while os.waitpid(-1, os.WNOHANG)[0]:
+                    pass
+
+    def fork_notebook(self, limits: Limits, uid: int, handed: int) -> None:
+        """Start a notebook from this process."""
+        if os.fork() == 0:
+            keep_only(handed)
+            signal.signal(signal.SIGINT, signal.default_int_handler)
+            spawn(handed, limits, uid, self.shell)
+
+    def pass_on(self, beginning: tuple[str, ...], limits: list[float], uid: int, handed: int) -> bool:
+        """Let the child that knows a beginning start the notebook; return False where there is none."""
+        if beginning not in self.warm:
+            self.warm[beginning] = self.fork_nursery(beginning)
+        child = self.warm[beginning]
+        if child is None:
+            return False
+        try:
+            child.send([limits, uid, []])
+            child.send_descriptor(handed)
+        except Closed:
+            self.warm[beginning] = None
+            return False
+        return True
+
+    def fork_nursery(self, beginning: tuple[str, ...]) -> Channel | None:
+        """Start a child that runs a beginning and then forks notebooks; None where it does not survive that."""
+        ours, theirs = pair()
+        if os.fork() == 0:
+            with contextlib.suppress(BaseException):
+                keep_only(theirs.fileno())
+                warm_up(self.shell, list(beginning))
+                theirs.send(["ready"])
+                Nursery(theirs, self.shell).serve()
+            os._exit(0)
+        theirs.close()
+        try:
+            ours.receive(2 * WARM_UP_SECONDS)
+        except (Closed, TimeoutError, wire.WireError):
+            ours.close()
+            return None
+        return ours
 
 
 def main(descriptor: int) -> None:
@@ -144,19 +267,6 @@ def main(descriptor: int) -> None:
     state_.hide_memory()
     shell = make_shell()
     missing = preload()
-    signal.signal(signal.SIGCHLD, signal.SIG_DFL)
+    settle()
     control.send(["ready", missing, os.getuid()])
-    while True:
-        try:
-            limits, uid = control.receive()
-            handed = control.receive_descriptor()
-        except Closed:
-            return
-        if os.fork() == 0:
-            control.close()
-            signal.signal(signal.SIGINT, signal.default_int_handler)
-            spawn(handed, Limits.from_list(limits), uid, shell)
-        os.close(handed)
-        with contextlib.suppress(ChildProcessError):
-            while os.waitpid(-1, os.WNOHANG)[0]:
-                pass
+    Nursery(control, shell).serve()
