@@ -1,0 +1,133 @@
+"""One warm sandbox for all tests of the grader, and short ways to run cells in it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import nbformat
+import pytest
+from autograder.execute import Execution
+from autograder.roles import REVIEW
+from autograder.sandbox import Sandbox
+from autograder.session import Session
+from autograder.worker.limits import Limits
+from nbformat.v4 import new_code_cell, new_notebook
+from nbgrader.utils import determine_grade
+
+LIMITS = Limits(
+    call_cpu=2.0,
+    cell_cpu=3.0,
+    notebook_cpu=20.0,
+    wall_factor=2.0,
+    wall_extra=4.0,
+    memory=3 * 1024**3,
+    processes=40,
+    file_size=4 * 1024**2,
+    disk=16 * 1024**2,
+)
+
+
+@pytest.fixture(scope="session")
+def sandbox():
+    """Start the sandbox once; without bubblewrap every test that asks for it fails."""
+    with Sandbox() as running:
+        yield running
+
+
+@pytest.fixture
+def limits():
+    """Return the small limits of these tests."""
+    return LIMITS
+
+
+@pytest.fixture
+def open_session(sandbox):
+    """Open notebooks in the shared sandbox; each is seen to end."""
+    opened = []
+
+    def open_one(limits=LIMITS, files=None):
+        opened.append(Session(sandbox, limits, files))
+        return opened[-1]
+
+    yield open_one
+    for session in opened:
+        session.close()
+
+
+@dataclass(frozen=True)
+class Run:
+    """What became of a notebook: its code cells in order."""
+
+    cells: list
+
+    @property
+    def tests(self):
+        """Return the test cells."""
+        return [cell for cell in self.cells if cell.metadata.get("nbgrader", {}).get("grade")]
+
+    @property
+    def scores(self):
+        """Return nbgrader's own reading of the test cells' outputs."""
+        return [determine_grade(cell)[0] for cell in self.tests]
+
+    @property
+    def flags(self):
+        """Return for each test cell why a person must look at it; empty where nobody must."""
+        return [cell.metadata.get(REVIEW, "") for cell in self.tests]
+
+    def error(self, test=0):
+        """Return class and text of a test cell's exception; empty where it has none."""
+        return next(
+            ((o.ename, o.evalue) for o in self.tests[test].outputs if o.output_type == "error"), ("", "")
+        )
+
+    def printed(self, cell):
+        """Return what a cell printed."""
+        return "".join(o.text for o in self.cells[cell].outputs if o.output_type == "stream")
+
+    @property
+    def text(self):
+        """Return everything that the submission's own cells show."""
+        return "\n".join(
+            str(dict(o)) for cell in self.cells if cell not in self.tests for o in cell.get("outputs", [])
+        )
+
+
+_METADATA = {
+    "plain": None,
+    "given": {"locked": True, "grade": False, "solution": False},
+    "answer": {"locked": False, "grade": False, "solution": True},
+    "test": {"locked": True, "grade": True, "solution": False, "points": 2},
+}
+
+
+def build(cells):
+    """Make notebook and release of cells ``(role, source)`` or ``("answer", source, released source)``."""
+    nodes, release = [], {}
+    for number, (role, source, *stub) in enumerate(cells):
+        node = new_code_cell(source, id=f"cell-{number}")
+        if _METADATA[role] is not None:
+            name = f"{role}-{number}"
+            node.metadata["nbgrader"] = _METADATA[role] | {"grade_id": name, "schema_version": 3}
+            release[name] = stub[0] if stub else ("" if role == "answer" else source)
+        nodes.append(node)
+    return new_notebook(cells=nodes), release
+
+
+@pytest.fixture
+def build_notebook():
+    """Return :func:`build`."""
+    return build
+
+
+@pytest.fixture
+def execute(sandbox):
+    """Execute notebooks of cells ``(role, source)`` in the shared sandbox."""
+
+    def run(*cells, limits=LIMITS, files=None):
+        notebook, release = build(cells)
+        Execution(notebook, release, sandbox, limits, files or {}).run()
+        nbformat.validate(notebook)
+        return Run([cell for cell in notebook.cells if cell.cell_type == "code"])
+
+    return run
