@@ -56,7 +56,9 @@ def compare(function: Callable[..., Any], cases: Iterable[Case], *names: str) ->
         if message := next(filter(None, found), ""):
             faults.append(message)
     if faults:
-        count = f" (in {len(faults)} of {len(cases)} cases, this being the first)" if len(cases) > 1 else ""
+        count = (
+            f" (wrong in {len(faults)} of {len(cases)} cases; this is the first)" if len(cases) > 1 else ""
+        )
         raise AssertionError(faults[0] + count)
 
 

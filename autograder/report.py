@@ -84,16 +84,16 @@ class Report:
     __repr__ = __str__
 
     def _repr_html_(self) -> str:
-        rows = []
+        items = []
         for result in self.outcome.results:
-            text = escape(result.message) if self._said(result) else ""
+            text = f"<strong>{_word(result)}:</strong> {escape(result.check.name)}"
+            if result.message:
+                text += f". {escape(result.message[0].upper() + result.message[1:])}."
             if self._hinted(result):
                 text += f" <em>Hint: {escape(result.check.hint)}</em>"
-            rows.append(
-                f"<tr><td>{_word(result)}</td><td>{escape(result.check.name)}</td><td>{text}</td></tr>"
-            )
-        head = "<tr><th>Result</th><th>Tested</th><th>What was found</th></tr>"
-        parts = [f"<h4>{escape(self.title)}</h4>", f"<table>{head}{''.join(rows)}</table>"]
+            items.append(f"<li>{text}</li>")
+        # A list, because the pages that show it have no style for the cells of a table.
+        parts = [f"<h4>{escape(self.title)}</h4>", f"<ul>{''.join(items)}</ul>"]
         for item in self.diagnoses:
             hint = f" <em>Look here: {escape(item.hint)}</em>" if item.hint else ""
             parts.append(f"<p><strong>{escape(_heading(item))}</strong> {escape(item.explanation)}{hint}</p>")
@@ -108,10 +108,9 @@ class Report:
         return result.ran or result is next(one for one in self.outcome.results if not one.ran)
 
     def _hinted(self, result: Result) -> bool:
-        """Whether a check's hint is shown: not beside a recognised mistake or a check that did not run."""
-        return bool(result.check.hint and result.message and result.ran) and not any(
-            d.known for d in self.diagnoses
-        )
+        """Whether a check's hint is shown: only beside numbers that are off, and with no mistake recognised."""
+        judged = result.ran and result.message and not result.message.startswith("the call ")
+        return bool(result.check.hint and judged) and not any(d.known for d in self.diagnoses)
 
 
 def _word(result: Result) -> str:
