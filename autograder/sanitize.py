@@ -81,5 +81,7 @@ def markdown2html(context: Any, source: str) -> str:
     '<p><em>Because</em> $href{javascript:f()}{x}$ <img></p>'
     """
     cell = context.get("cell") or {}
-    renderer = IPythonRenderer(escape=False, attachments=cell.get("attachments", {}), anchor_link_text="")
+    renderer = IPythonRenderer(
+        escape=False, attachments=cell.get("attachments", {}), exclude_anchor_links=True
+    )
     return clean_html(MarkdownWithMath(renderer=renderer).render(_TEX_REACHES_OUT.sub("", source)))
