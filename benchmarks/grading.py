@@ -1,0 +1,232 @@
+"""Grading a class: `nbgrader autograde` with our plug-in against the same command without it.
+
+The class is honest: right answers, other right ways, and common mistakes; a submission that ends its process or hangs
+would only make the baseline slower. Both sides get the same submissions, hidden tests, reports and secret, and their
+gradebooks are asserted equal before any time is used. Stock nbgrader starts a kernel for each notebook and runs tests
+and submission in it; ours starts one sandbox and runs the submission in a fork of it, the tests outside.
+
+Times are wall times of the whole command, its start included: a new process, imports, the pool, the sandbox. The cells'
+own work, which no grader can spare, is measured in a warm IPython shell and subtracted from both for the overhead.
+"""
+
+import contextlib
+import functools
+import importlib.util
+import io
+import os
+import shutil
+import sqlite3
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import nbformat
+from nbformat import NotebookNode
+
+from autograder.worker.shell import make_shell, run_cell
+from benchmarks.harness import Result
+
+ROOT = Path(__file__).resolve().parents[1]
+ASSIGNMENT, NOTEBOOK = "ekf-localization", "motion-model"
+COPIES = 3  # of each kind of submission
+ROUNDS = 2
+SECRET = "a course"  # noqa: S105  (of this benchmark)
+# Kinds of submissions by the cell that differs from the solution: the text to replace there, and by what.
+ALTERNATIVES = ROOT / "tests" / "autograder" / "alternatives"
+KINDS = {
+    "right": {},
+    "series": {"dynamics": (None, "series.py")},
+    "complex": {"dynamics": (None, "complex_numbers.py")},
+    "no-dt": {"transition": ("dt * Gu @ R", "Gu @ R")},
+    "zeroed": {"dynamics": ("[-np.sin(theta) * V * dt / 2, np.cos(theta) * V * dt / 2, 1]", "[0, 0, 1]")},
+    "blank": {"dynamics": (None, "")},
+}  # fmt: skip
+STOCK = """c = get_config()
+c.CourseDirectory.source_directory = "source"
+"""
+OURS = """from autograder.plugin import configure
+c = get_config()
+c.CourseDirectory.source_directory = "source"
+c.ParallelAutograde.progress = False
+configure(c)
+"""
+
+
+def _tool(name: str):  # noqa: ANN202  (a module)
+    """Import one of the tools, which are in no package."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def _answer(source: str) -> str:
+    """Return a solution cell without the lines that mark the solution."""
+    lines = source.splitlines()
+    return "\n".join(line for line in lines if "BEGIN SOLUTION" not in line and "END SOLUTION" not in line)
+
+
+def submission(source: NotebookNode, released: NotebookNode, kind: str) -> NotebookNode:
+    """Fill in the released notebook.
+
+    Parameters
+    ----------
+    source, released : NotebookNode
+        The instructor's version and the students'.
+    kind : str
+        A key of `KINDS`.
+    """
+    answers = {c.metadata.nbgrader.grade_id: c.source for c in source.cells if "nbgrader" in c.metadata}
+    notebook = nbformat.from_dict(released)
+    for cell in notebook.cells:
+        meta = cell.metadata.get("nbgrader", {})
+        if not meta.get("solution"):
+            continue
+        text = _answer(answers[meta["grade_id"]])
+        if meta["grade_id"] in KINDS[kind]:
+            old, new = KINDS[kind][meta["grade_id"]]
+            if old is None:
+                text = (ALTERNATIVES / new).read_text(encoding="utf-8") if new else cell.source
+            elif old not in text:
+                raise LookupError(f"{kind}: the solution has no {old!r}")
+            else:
+                text = text.replace(old, new)
+        cell.source = text
+    return notebook
+
+
+def make_course(folder: Path) -> list[NotebookNode]:
+    """Make a course with its release and all submissions; return the latter with their hidden tests."""
+    tool = _tool("notebooks")
+    source = folder / "source"
+    tool.build_sources(ROOT / "solutions", source)
+    for other in source.iterdir():
+        if other.name != ASSIGNMENT:
+            shutil.rmtree(other)
+    tool.release(source, folder / "release", [ASSIGNMENT], f"sqlite:///{folder}/gradebook.db")
+    instructors = nbformat.read(source / ASSIGNMENT / f"{NOTEBOOK}.ipynb", as_version=4)
+    released = nbformat.read(folder / "release" / ASSIGNMENT / f"{NOTEBOOK}.ipynb", as_version=4)
+    tests = {c.metadata.nbgrader.grade_id: c.source for c in instructors.cells if "nbgrader" in c.metadata}
+    found = []
+    for kind in KINDS:
+        made = submission(instructors, released, kind)
+        for copy in range(COPIES):
+            target = folder / "submitted" / f"{kind}-{copy}" / ASSIGNMENT
+            target.mkdir(parents=True)
+            nbformat.write(made, target / f"{NOTEBOOK}.ipynb")
+        whole = nbformat.from_dict(made)
+        for cell in whole.cells:
+            meta = cell.metadata.get("nbgrader", {})
+            if meta.get("grade") and not meta.get("solution"):
+                cell.source = tests[meta["grade_id"]]
+        found += [whole] * COPIES
+    return found
+
+
+def _environment() -> dict[str, str]:
+    path = os.pathsep.join([str(Path(sys.executable).parent), os.environ.get("PATH", os.defpath)])
+    threads = {f"{library}_NUM_THREADS": "1" for library in ("OMP", "OPENBLAS", "MKL")}
+    return os.environ | {"PATH": path, "ROBOLOC_SECRET": SECRET, "MPLBACKEND": "agg"} | threads
+
+
+def autograde(course: Path, config: str, *options: str) -> float:
+    """Grade a fresh copy of the course; return the wall time of the command [s]."""
+    (course / "nbgrader_config.py").write_text(config, encoding="utf-8")
+    shutil.rmtree(course / "autograded", ignore_errors=True)
+    with (course / "log").open("w") as log:
+        begin = time.perf_counter()
+        done = subprocess.run(  # noqa: S603  (our own command)
+            [sys.executable, "-m", "nbgrader", "autograde", ASSIGNMENT, *options],
+            cwd=course, env=_environment(), stdout=log, stderr=log, check=False,
+        )  # fmt: skip
+        seconds = time.perf_counter() - begin
+    if done.returncode:
+        raise RuntimeError(f"grading failed:\n{(course / 'log').read_text()[-2000:]}")
+    return seconds
+
+
+def scores(course: Path) -> list[tuple]:
+    """Return every student's automatic score of every cell."""
+    query = """select student.id, base_cell.name, grade.auto_score, grade.needs_manual_grade from grade
+        join base_cell on base_cell.id = grade.cell_id
+        join submitted_notebook on submitted_notebook.id = grade.notebook_id
+        join submitted_assignment on submitted_assignment.id = submitted_notebook.assignment_id
+        join student on student.id = submitted_assignment.student_id order by 1, 2"""
+    with contextlib.closing(sqlite3.connect(course / "gradebook.db")) as database:
+        return database.execute(query).fetchall()
+
+
+@contextlib.contextmanager
+def _secret() -> Iterator[None]:
+    before = os.environ.get("ROBOLOC_SECRET")
+    os.environ["ROBOLOC_SECRET"] = SECRET
+    try:
+        yield
+    finally:
+        if before is None:
+            del os.environ["ROBOLOC_SECRET"]
+        else:
+            os.environ["ROBOLOC_SECRET"] = before
+
+
+def cells_work(notebooks: list[NotebookNode]) -> float:
+    """Return the time that the cells themselves take in a warm shell, tests included [s]."""
+    best = dict.fromkeys(map(id, notebooks), float("inf"))
+    with _secret(), contextlib.redirect_stdout(io.StringIO()), contextlib.redirect_stderr(io.StringIO()):
+        for _ in range(3):  # the first warms everything up
+            for notebook in {id(notebook): notebook for notebook in notebooks}.values():
+                shell = make_shell()
+                cells = [cell.source for cell in notebook.cells if cell.cell_type == "code"]
+                begin = time.perf_counter()
+                for source in cells:
+                    run_cell(shell, source)
+                best[id(notebook)] = min(best[id(notebook)], time.perf_counter() - begin)
+    return sum(best[id(notebook)] for notebook in notebooks)
+
+
+@functools.cache
+def measure() -> dict[str, float]:
+    """Grade the class in all ways, interleaved; return the shortest times [s] and the cells' own work."""
+    ways = {
+        "stock": (STOCK, ()),
+        "one": (OURS, ("--ParallelAutograde.jobs=1",)),
+        "two": (OURS, ("--ParallelAutograde.jobs=2",)),
+    }
+    with tempfile.TemporaryDirectory(prefix="grading-") as name:
+        folder = Path(name).resolve()
+        notebooks = make_course(folder / "course")
+        courses = {way: shutil.copytree(folder / "course", folder / way) for way in ways}
+        times = dict.fromkeys(ways, float("inf"))
+        for _ in range(ROUNDS):
+            for way, (config, options) in ways.items():
+                times[way] = min(times[way], autograde(courses[way], config, *options))
+            expected = scores(courses["stock"])
+            for way in ("one", "two"):
+                if scores(courses[way]) != expected or not sum(row[2] or 0 for row in expected):
+                    got = scores(courses[way])
+                    raise ArithmeticError(f"expected equal gradebooks, got {expected} and {got}")
+        times["work"] = cells_work(notebooks)
+        times["submissions"] = len(notebooks)
+    print("        " + ", ".join(f"{way} {value:.3g}" for way, value in times.items()), flush=True)
+    return times
+
+
+def overhead() -> Result:
+    """Compare what is left of the wall time without the cells' own work, one notebook at a time."""
+    found = measure()
+    ratio = (found["stock"] - found["work"]) / (found["one"] - found["work"])
+    baseline = f"stock nbgrader autograde of the same {found['submissions']} submissions, same scores"
+    return Result("grading-overhead-vs-stock", ratio, 20, baseline)
+
+
+def wall() -> Result:
+    """Compare whole wall times on two processors."""
+    found = measure()
+    baseline = f"stock nbgrader autograde of the same {found['submissions']} submissions, same scores"
+    return Result("grading-vs-stock-nbgrader", found["stock"] / found["two"], 5, baseline)
+
+
+BENCHMARKS = (overhead, wall)
