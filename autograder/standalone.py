@@ -25,7 +25,7 @@ from typing import TYPE_CHECKING, Any
 import nbformat
 from nbgrader.api import Gradebook
 from nbgrader.apps import NbGraderAPI
-from nbgrader.utils import is_grade
+from nbgrader.utils import is_grade, is_task
 from sqlalchemy.exc import SAWarning
 from traitlets.config import Config
 from traitlets.config.loader import PyFileConfigLoader
@@ -289,7 +289,7 @@ def _collect(api: NbGraderAPI, folder: Path, student: str, task: Task) -> Notebo
             for name, grade in grades.items()
         }
         points = {name: float(grade.max_score) for name, grade in grades.items()}
-    cells = [cell for cell in shown.cells if is_grade(cell) and _name(cell) in grades]
+    cells = [cell for cell in shown.cells if (is_grade(cell) or is_task(cell)) and points.get(_name(cell))]
     return NotebookGrade(
         task.file,
         task.assignment,
