@@ -13,6 +13,7 @@ import math
 import os
 import signal
 from dataclasses import dataclass, field
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from . import outputs as outputs_
@@ -30,6 +31,8 @@ if TYPE_CHECKING:
 
     from .sandbox import Sandbox
     from .worker.limits import Limits
+
+_ENDLESS = "the test itself did not come to an end"
 
 
 @dataclass
@@ -171,13 +174,15 @@ class Execution:
         finally:
             with contextlib.suppress(Ended):
                 self.session.end()
-        self.forget(before)
+        self.forget(before, index, cell)
         self.judge(index, cell)
 
     def judge(self, index: int, cell: Cell) -> None:
         """Flag the cell where the grader cannot stand for its verdict."""
         failed = any(output.output_type == "error" for output in cell.node.outputs)
         fault = self.mirror.fault or _bad_score(cell.node)
+        if any(output.get("ename") == "GraderError" for output in cell.node.outputs):
+            fault = fault or _ENDLESS  # IPython catches what the alarm raises
         if not fault and failed and (names := self.redefined(index, cell)):
             fault = f"the submission gives {', '.join(names)} another value than the given cell, which the test used"
         if fault:
@@ -191,7 +196,10 @@ class Execution:
             *(c.names.stores for c in self.cells[:index] if c.role in ("plain", "answer"))
         )
         return sorted(
-            name for name in given & own & cell.names.loads if not callable(self.namespace.get(name))
+            name
+            for name in given & own & cell.names.loads
+            # who imports a module once more does not change it
+            if not callable(value := self.namespace.get(name)) and type(value) is not ModuleType
         )
 
     def prepare(self, index: int, wanted: frozenset[str]) -> set[str]:
@@ -235,7 +243,9 @@ class Execution:
         """Run a given cell here too. Where it needs what stays in the sandbox, take its names from there."""
         cell = self.cells[index]
         self.mirror.bind(sorted(students & cell.names.loads))
+        self.mirror.giving = True
         run_cell(self.shell, cell.node.source)
+        self.mirror.giving = False
         self.given_run.add(index)
         if self.mirror.fault:
             self.mirror.fault = ""
@@ -252,12 +262,14 @@ class Execution:
             found = getattr(found, attribute, None)
         self.namespace[name] = found
 
-    def forget(self, before: dict[str, Any]) -> None:
-        """Take the student's names out of the test cells' namespace again."""
+    def forget(self, before: dict[str, Any], index: int, cell: Cell) -> None:
+        """Take the student's names out of the test cells' namespace again; what the test computed itself is kept."""
         for name in self.mirror.known:
+            own = name in cell.names.stores and self.origin(name, index) is None
             if name in before and not is_remote(before[name]):
-                self.namespace[name] = before[name]
-            elif name in self.mirror.described or is_remote(self.namespace.get(name)):
+                if not own:
+                    self.namespace[name] = before[name]
+            elif is_remote(self.namespace.get(name)) or (name in self.mirror.described and not own):
                 self.namespace.pop(name, None)
 
 
@@ -291,14 +303,16 @@ def _alarm(seconds: float) -> Iterator[None]:
     """Stop a test that does not come to an end by itself."""
 
     def stop(*_: object) -> None:
-        raise GraderError("the test itself did not come to an end")
+        raise GraderError(_ENDLESS)
 
     try:
         before = signal.signal(signal.SIGALRM, stop)
     except ValueError:  # not the main thread: no alarm, the caller's own limit holds
         yield
         return
-    signal.setitimer(signal.ITIMER_REAL, seconds)
+    signal.setitimer(
+        signal.ITIMER_REAL, seconds, seconds
+    )  # again and again: the next test may not end either
     try:
         yield
     finally:

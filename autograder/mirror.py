@@ -62,6 +62,7 @@ class Mirror:
         """Begin with the test cell at a mark: nothing of an earlier one is left."""
         self.number = number
         self.fault = ""
+        self.giving = False  # whether a given cell runs, which the submission has run too
         self.process: object = None  # stands for the process that answers; None before it is started
         self.started_before = False
         self.described: dict[str, list] = {}
@@ -106,7 +107,10 @@ class Mirror:
                     value if is_remote(value) or said[0] == "module" else wire.encode(value, self._to_ref)
                 )
         for name in self.shared:
-            self.known.setdefault(name, _GONE)
+            if self.known.get(name, _GONE) is _GONE:
+                # A given cell's function or other object, which both sides have, is only sent where a test replaces it.
+                value = self.namespace.get(name, _GONE)
+                self.known[name] = _GONE if value is _GONE or _is_plain(value) else value
 
     def resolve(self, name: str, said: list) -> Any:
         """Turn the description of a name into what the test cell sees."""
@@ -125,6 +129,8 @@ class Mirror:
 
     def collect(self) -> list[list]:
         """Return what the test cell did to the student's names since it was last asked."""
+        if self.giving:
+            return []
         new = []
         for name, before in self.known.items():
             value = self.namespace.get(name, _GONE)
@@ -245,6 +251,14 @@ class Mirror:
         if is_remote(value):
             return wire.Ref(self._number(value))
         raise wire.WireError(f"an object of type {type(value).__name__} is not plain data")
+
+
+def _is_plain(value: object) -> bool:
+    try:
+        wire.encode(value, named=True)
+    except wire.WireError:
+        return False
+    return True
 
 
 def _is_ref(encoded: object) -> bool:
