@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from typing import TYPE_CHECKING, Any
 
 from nbformat.v4 import new_markdown_cell
 from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import List, Unicode
 
+from .analysis import analyse
 from .outputs import error
 from .repair import NOTICE
 from .roles import has_hidden_part, role_of, visible_part
@@ -30,8 +32,11 @@ class LeakFreeFeedback(NbGraderPreprocessor):
         """Return the notebook as a student may see it."""
         for cell in nb.cells:
             if cell.cell_type == "code" and role_of(cell) == "test" and has_hidden_part(cell.source):
+                names = analyse(cell.source).loads
                 cell.source = visible_part(cell.source).rstrip() + "\n" + PLACEHOLDER
-                cell.outputs = [shown for output in cell.outputs if (shown := _shown(output)) is not None]
+                cell.outputs = [
+                    shown for output in cell.outputs if (shown := _shown(output, names)) is not None
+                ]
         notices = nb.metadata.get(NOTICE, [])
         if notices:
             text = "**Notes on this file**\n\n" + "\n".join(f"* {_plain(notice)}" for notice in notices)
@@ -39,17 +44,17 @@ class LeakFreeFeedback(NbGraderPreprocessor):
         return nb, resources
 
 
-def _shown(output: Any) -> Any:
+def _shown(output: Any, names: frozenset[str]) -> Any:
     """Return what a student sees of a hidden test's output: reports, scores, and which error it was."""
     if output.output_type == "stream":
         return None
     if output.output_type != "error" or output.ename in _OWN:
         return output
-    if (
-        output.ename == "NameError"
-        and output.evalue.startswith("name '")
-        and output.evalue.endswith("' is not defined")
-    ):
+    # A submission can raise a NameError with a hidden input in the place of the name: only the test's own are shown.
+    missing = (
+        re.fullmatch(r"name '(\w+)' is not defined", output.evalue) if output.ename == "NameError" else None
+    )
+    if missing and missing[1] in names:
         return error(output.ename, output.evalue)
     return error(output.ename, "a hidden test failed")
 
