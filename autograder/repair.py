@@ -174,7 +174,7 @@ def repair(notebook: NotebookNode | None, released: Sequence[Released], reason: 
 
 def _rebuild(cell: object) -> NotebookNode | None:
     """Return a cell with the fields that matter, None where there is no cell in it."""
-    if not isinstance(cell, dict) or cell.get("cell_type") not in _NEW:
+    if not isinstance(cell, dict) or cell.get("cell_type") not in tuple(_NEW):
         return None
     source = cell.get("source", "")
     if isinstance(source, list) and all(isinstance(line, str) for line in source):

@@ -60,7 +60,10 @@ def _number(entry: Any, values: dict[str, float]) -> float | complex:
     if missing:
         raise ValueError(f"the expression contains {', '.join(missing)}, which is not one of its arguments")
     point = {symbol: values[str(symbol)] for symbol in entry.free_symbols}
-    number = complex(entry.evalf(DIGITS, subs=point))
+    try:
+        number = complex(entry.evalf(DIGITS, subs=point))
+    except ZeroDivisionError:
+        number = complex("nan")
     if not np.isfinite(number):
         raise ValueError("the expression has no finite value at the point")
     return number.real if number.imag == 0 else number

@@ -112,10 +112,6 @@ def spawn(descriptor: int, limits: Limits, uid: int, shell: Any) -> None:
     from .warden import Warden  # noqa: PLC0415
 
     with contextlib.suppress(Exception):
-        # Nobody empties the zygote's standard error: what one notebook wrote there would stop the next.
-        null = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(null, 2)
-        os.close(null)
         isolate(limits, uid)
         child = os.fork()
         if child == 0:
@@ -217,7 +213,6 @@ class Nursery:
         """Start a notebook from this process."""
         if os.fork() == 0:
             keep_only(handed)
-            signal.signal(signal.SIGINT, signal.default_int_handler)
             spawn(handed, limits, uid, self.shell)
 
     def pass_on(self, beginning: tuple[str, ...], limits: list[float], uid: int, handed: int) -> bool:
@@ -262,6 +257,7 @@ def main(descriptor: int) -> None:
     descriptor : int
         The control socket, inherited.
     """
+    # The warden too ignores it: to the first process of a namespace come only the signals it has a handler for.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = Channel(socket.socket(fileno=descriptor))
     state_.hide_memory()
