@@ -6,13 +6,14 @@ from dataclasses import dataclass
 
 import nbformat
 import pytest
+from nbformat.v4 import new_code_cell, new_notebook
+from nbgrader.utils import determine_grade
+
 from autograder.execute import Execution
 from autograder.roles import REVIEW
 from autograder.sandbox import Sandbox
 from autograder.session import Session
 from autograder.worker.limits import Limits
-from nbformat.v4 import new_code_cell, new_notebook
-from nbgrader.utils import determine_grade
 
 LIMITS = Limits(
     call_cpu=2.0,
@@ -59,6 +60,7 @@ class Run:
     """What became of a notebook: its code cells in order."""
 
     cells: list
+    source: tuple = ()
 
     @property
     def tests(self):
@@ -128,6 +130,6 @@ def execute(sandbox):
         notebook, release = build(cells)
         Execution(notebook, release, sandbox, limits, files or {}).run()
         nbformat.validate(notebook)
-        return Run([cell for cell in notebook.cells if cell.cell_type == "code"])
+        return Run([cell for cell in notebook.cells if cell.cell_type == "code"], cells)
 
     return run

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import pytest
-from autograder.roles import grade_id, has_hidden_part, role_of, visible_part
 from nbformat.v4 import new_code_cell
+
+from autograder.roles import grade_id, has_hidden_part, role_of, visible_part
 
 HIDDEN = "### BEGIN HIDDEN TESTS\nassert f(3) == 9\n### END HIDDEN TESTS"
 

@@ -1,10 +1,13 @@
 """A notebook's states: what ends a cell costs that cell alone, and a test cell leaves nothing behind."""
 
+# ruff: noqa: E501, PT012  (a clock may end any of several calls)
+
 from __future__ import annotations
 
 from dataclasses import replace
 
 import pytest
+
 from autograder import wire
 from autograder.session import Ended
 
@@ -40,8 +43,10 @@ DEADLY = {
     "replaces itself": ("import os; x = 2; os.execv('/usr/bin/env', ['env', 'true'])", "died"),
     "closes every descriptor": ("import os; x = 2; os.closerange(0, 500)", "died"),
     "writes to the channel": (
-        "import os, socket; x = 2\nfor fd in range(3, 60):\n"
-        "    try: os.write(fd, b'\\xff' * 64)\n    except OSError: pass\nos._exit(0)",
+        (
+            "import os, socket; x = 2\nfor fd in range(3, 60):\n"
+            "    try: os.write(fd, b'\\xff' * 64)\n    except OSError: pass\nos._exit(0)"
+        ),
         "protocol",
     ),
 }

@@ -1,5 +1,7 @@
 """The wire: plain data keeps its exact type, and nothing but plain data comes in."""
 
+# ruff: noqa: D102, E501, PLR0911, PLW0108, PYI024  (liars of every kind, and one comparison for all kinds of data)
+
 from __future__ import annotations
 
 import collections
@@ -14,10 +16,11 @@ import tracemalloc
 import msgpack
 import numpy as np
 import pytest
-from autograder import frames, wire
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
+
+from autograder import frames, wire
 
 QUICK = settings(
     max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]

@@ -1,0 +1,94 @@
+"""Feedback shows what was tested and how it went, and nothing that was hidden."""
+
+# ruff: noqa: E501  (likewise: messages)
+
+from __future__ import annotations
+
+import pytest
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
+
+from autograder.feedback import PLACEHOLDER, LeakFreeFeedback
+from autograder.repair import NOTICE
+
+HIDDEN = "### BEGIN HIDDEN TESTS\nassert f(987654) == 123456\n### END HIDDEN TESTS"
+INFO = {"grade": True, "locked": True, "solution": False, "grade_id": "t", "points": 1, "schema_version": 3}
+
+
+def shown(source, outputs, **metadata):
+    """Return a test cell as a student sees it."""
+    cell = new_code_cell(source, outputs=outputs, metadata={"nbgrader": INFO})
+    notebook = new_notebook(cells=[cell], metadata=metadata)
+    result, resources = LeakFreeFeedback().preprocess(notebook, {"kept": 1})
+    assert resources == {"kept": 1}
+    return result
+
+
+def failure(ename, evalue):
+    """Return an error output with a traceback that shows the hidden test."""
+    return new_output("error", ename=ename, evalue=evalue, traceback=["assert f(987654) == 123456", evalue])
+
+
+@pytest.mark.parametrize(
+    "ename", ["AssertionError", "ValueError", "NameError", "StudentError", "TypeError", "987654"]
+)
+def test_nothing_of_a_hidden_test_is_left(ename):
+    """Source, traceback, message and prints of a hidden test are gone; which error it was stays."""
+    outputs = [
+        new_output("stream", name="stdout", text="987654 gives 123456"),
+        new_output("stream", name="stderr", text="987654"),
+        failure(ename, "f(987654) is not 123456"),
+    ]
+    cell = shown(f"x = 1\n{HIDDEN}", outputs).cells[0]
+    assert cell.source == f"x = 1\n{PLACEHOLDER}"
+    assert "123456" not in str(cell)
+    assert [output.ename for output in cell.outputs] == [ename]
+    assert ename == "987654" or "987654" not in str(cell)
+
+
+@pytest.mark.parametrize(
+    "evalue",
+    [
+        "name '987654' is not defined", "name 'x987654' is not defined", "name 'f' is not defined 987654", "name '987654' is not defined; name 'x' is not defined", "987654",
+        "name 'x\n987654' is not defined", "name 'a' is not defined or 987654 and name 'b' is not defined",
+    ],
+    ids=range(7),
+)  # fmt: skip
+def test_a_forged_name_error_shows_nothing(evalue):
+    """Only the message Python itself gives for a missing name is shown: a submission cannot put an input into one."""
+    cell = shown(HIDDEN, [failure("NameError", evalue)]).cells[0]
+    assert "987654" not in str(cell)
+
+
+def test_what_a_student_may_know():
+    """Reports, scores, a missing name and the grader's own reasons are shown."""
+    outputs = [
+        new_output("display_data", data={"text/plain": "9 of 10 checks passed"}),
+        new_output("execute_result", data={"text/plain": "9.0"}, execution_count=1),
+        failure("NameError", "name 'f' is not defined"),
+        new_output("error", ename="ProcessDied", evalue="it ended its own process", traceback=["x"]),
+    ]
+    cell = shown(HIDDEN, outputs).cells[0]
+    assert [o.output_type for o in cell.outputs] == ["display_data", "execute_result", "error", "error"]
+    assert cell.outputs[2].evalue == "name 'f' is not defined"
+    assert "123456" not in str(cell)
+    assert cell.outputs[3].evalue == "it ended its own process"
+
+
+def test_visible_tests_and_other_cells_stay():
+    """A test without a hidden part, and every other cell, is shown as it is."""
+    outputs = [failure("AssertionError", "f(3) is 8"), new_output("stream", name="stdout", text="3")]
+    cell = shown("assert f(3) == 9", outputs).cells[0]
+    assert cell.source == "assert f(3) == 9"
+    assert cell.outputs == outputs
+    plain = new_notebook(cells=[new_code_cell(HIDDEN, outputs=outputs), new_markdown_cell("text")])
+    result, _ = LeakFreeFeedback().preprocess(plain, {})
+    assert [c.source for c in result.cells] == [HIDDEN, "text"]
+
+
+def test_notes_on_the_file_are_plain_text():
+    """What repair mended is listed on top, as text: a name that a submission chose is no markup."""
+    notice = "a cell of the unknown name '<script>alert(1)</script>[x](javascript:y)`z`' was taken"
+    result = shown(HIDDEN, [], **{NOTICE: ["the cell q1 was missing", notice]})
+    text = result.cells[0].source
+    assert "the cell q1 was missing" in text
+    assert not set("<>[]`#*!") & set(text.split("\n\n", 1)[1].replace("* ", ""))
