@@ -121,7 +121,7 @@ def test_hidden_numbers_are_recognised_as_they_are_printed():
     """A number is found in what print, repr and numpy show of it, and short numbers are not looked for."""
     for value in (0.123456789012, -12.3456789012, 1.23456789012e-7, 0.00123456789012):
         text = report._printed(value)
-        assert sum(c.isdigit() for c in text.lstrip("0.")) == 8
+        assert sum(c.isdigit() for c in text.lstrip("0.")) == 6
         assert text in repr(value)
     assert report._printed(0.5) == report._printed(1e-12) == report._printed(12345.0) == ""
     assert len(report.hidden_numbers("a course")) > 300
@@ -162,7 +162,7 @@ def graded(tmp_path):
 def test_each_leak_is_named(graded, html, printed, words):
     """Hidden tests or numbers in feedback, a script of a student's and a place reached give a line each."""
     folder, source, write = graded
-    write("eve", html.format(number=min(report.hidden_numbers("a course"))), printed)
+    write("eve", html.format(number=max(report.hidden_numbers("a course")) + "12"), printed)
     (line,) = report.leaks(folder, "set", "one", ["perfect", "eve"], source)
     assert line.startswith("eve: ")
     assert words in line

@@ -238,6 +238,16 @@ def halves(names: Sequence[str]) -> list[str]:
     return [f"[{''.join(group)}]*" for group in (first, initials) if group]
 
 
+def print_table(found: dict[str, Result]) -> None:
+    """Print scores and recognised mistakes, a line for each student."""
+    columns = list(next(iter(found.values())).scores) if found else []
+    print(f"{'student':46}{'sum':>5}  {'  '.join(columns)}")
+    for student, result in found.items():
+        total = sum(float(score) for score in result.scores.values() if score not in {MANUAL, MISSING})
+        cells = "  ".join(f"{result.scores[name]:>{len(name)}}" for name in columns)
+        print(f"{student:46}{total:5.1f}  {cells}  {result.diagnosis}")
+
+
 def main() -> int:
     """Grade the class, look at what came out, and say so."""
     clock = Clock()
@@ -264,10 +274,7 @@ def main() -> int:
         faults += course_report.leaks(DEMO, ASSIGNMENT, NOTEBOOK, students, source)
         faults += course_report.exported(DEMO / "grades.csv", students)
     print(f"{clock.total:6.1f} s  together\n")
-    for student, result in found.items():
-        total = sum(float(score) for score in result.scores.values() if score not in {MANUAL, MISSING})
-        cells = "  ".join(f"{score:>6}" for score in result.scores.values())
-        print(f"{student:44} {total:5.1f}  {cells}  {result.diagnosis}")
+    print_table(found)
     print()
     for what, path in (
         ("book", ROOT / "_build" / "html" / "index.html"),

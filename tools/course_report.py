@@ -25,7 +25,8 @@ REACHED = "REACHED"  # what a hostile sample prints beside anything it could get
 _MISTAKE = re.compile(r"^ *Recognised mistake: (?P<title>.+) \([^()]*\)\.$", re.MULTILINE)
 _DATA = re.compile(r"data:image/[a-z]+;base64,[A-Za-z0-9+/=\s]+")
 _STYLE = re.compile(r"<style.*?</style>", re.DOTALL)
-_DIGITS = 8
+_NUMBER = re.compile(r"\d+\.\d+")
+_DIGITS = 6  # a page of the course shows none of its own with more, and numpy prints eight decimals
 
 
 def diagnosis(path: Path) -> str:
@@ -94,7 +95,7 @@ def hidden_lines(source: NotebookNode) -> set[str]:
 def hidden_numbers(secret: str) -> set[str]:
     """Return the hidden inputs of all checks and the right results, as they begin when they are printed.
 
-    Only numbers of eight digits or more are taken: shorter ones stand in a page by chance.
+    Only numbers of more than six digits are taken: shorter ones stand in a page by chance.
     """
     seen: list[float] = []
     stages = [*STAGES.values(), *(expression.stage() for expression in EXPRESSIONS.values())]
@@ -103,7 +104,7 @@ def hidden_numbers(secret: str) -> set[str]:
         run_stage(stage, recorder, secret)
         for call in recorder.calls:
             seen += _numbers([call.args, call.returned])
-    return {text for value in seen if len(text := _printed(value)) > _DIGITS}
+    return {text for value in seen if (text := _printed(value))}
 
 
 def _numbers(value: object) -> Iterator[float]:
@@ -117,12 +118,15 @@ def _numbers(value: object) -> Iterator[float]:
 
 
 def _printed(value: float) -> str:
-    """Return the first digits of a number, without those that rounding could change."""
-    text = repr(abs(value)).partition("e")[0]
-    if len(text.replace(".", "").lstrip("0")) <= _DIGITS:
-        return ""
+    """Return the first digits of a number as it is printed; empty if it has few."""
+    return _head(repr(abs(value)).partition("e")[0])
+
+
+def _head(text: str) -> str:
+    """Return a number's text up to its sixth digit; empty if it has fewer, or only just as many."""
     start = len(text) - len(text.lstrip("0."))
-    return text[: start + _DIGITS + ("." in text[start:])]
+    end = start + _DIGITS + ("." in text[start : start + _DIGITS])
+    return text[:end] if len(text) > end else ""
 
 
 def leaks(
@@ -160,7 +164,8 @@ def leaks(
         faults += [
             f"{student}: the feedback holds the hidden line {line!r}" for line in lines if line in text
         ]
-        faults += [f"{student}: the feedback holds the hidden number {n}" for n in numbers if n in text]
+        shown = {_head(number) for number in _NUMBER.findall(text)} & numbers
+        faults += [f"{student}: the feedback holds the hidden number {number}" for number in sorted(shown)]
         faults += [f"{student}: the feedback would run {one[:80]!r}" for one in scripts(html) - usual]
         graded = course / "autograded" / student / assignment / f"{notebook}.ipynb"
         for cell in nbformat.read(graded, as_version=4).cells:
