@@ -35,6 +35,7 @@ def checks_version() -> str:
     return digest.hexdigest()[:12]
 
 
+@functools.cache
 def environment_version() -> str:
     """Return the versions of the packages that a numerical result depends on."""
     found = []
