@@ -164,7 +164,9 @@ class Execution:
         try:
             students = self.prepare(index, cell.names.loads | cell.names.deletes)
             self.mirror.bind(sorted(students))
-            found, _ = run_cell(self.shell, cell.node.source)
+            found, succeeded = run_cell(self.shell, cell.node.source)
+            if not succeeded and not any(output["output_type"] == "error" for output in found):
+                raise GraderError("the test cell failed, and its error could not be shown")  # noqa: TRY301
             found = [o for o in found if o["output_type"] != "stream" or o["name"] == "stdout"]
             cell.node.outputs = [outputs_.new_output(**_for_notebook(output)) for output in found]
         except Ended as ended:
