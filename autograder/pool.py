@@ -166,6 +166,7 @@ class _Process:
 
     def __init__(self) -> None:
         self.process: subprocess.Popen[bytes] | None = None
+        self.stopped = False
 
     def execute(self, job: Job) -> str:
         """Execute a job; where the process dies meanwhile, once more."""
@@ -174,6 +175,8 @@ class _Process:
                 return self._once(job)
             except (EOFError, BrokenPipeError):
                 self.close()
+                if self.stopped:
+                    break
         return failed(job, "the grader's process died while this notebook ran")
 
     def _once(self, job: Job) -> str:
@@ -239,6 +242,7 @@ class Pool:
     def __exit__(self, kind: type[BaseException] | None, *_: object) -> None:
         self._threads.shutdown(wait=kind is None, cancel_futures=True)
         for process in self._all:
+            process.stopped = True
             if kind is not None and process.process is not None:
                 process.process.kill()
             process.close()

@@ -296,7 +296,7 @@ class Sandbox:
         try:
             self.control.send([limits.to_list(), uid, list(beginning)], START_TIMEOUT)
             self.control.send_descriptor(theirs.fileno())
-        except (Closed, TimeoutError) as error:
+        except OSError as error:  # `Closed` and `TimeoutError` are ones too
             ours.close()
             raise SandboxError("the sandbox has ended") from error
         finally:
