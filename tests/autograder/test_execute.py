@@ -349,6 +349,22 @@ def test_impossible_scores_are_flagged(execute, result):
     assert run.scores == [0]
 
 
+@pytest.mark.parametrize(
+    "test",
+    [
+        "%no_such_magic",
+        "class E(Exception):\n    def _render_traceback_(self): raise ValueError\nraise E",
+        "%%no_such_magic\nassert f() == 2",
+    ],
+    ids=["magic", "unshowable", "cell magic"],
+)
+def test_a_test_whose_error_cannot_be_shown_is_flagged(execute, test):
+    """A test cell that failed without an error among its outputs is no pass: nbgrader would give it all points."""
+    run = execute(("answer", "def f(): return 1", "def f(): ..."), ("test", test))
+    assert run.flags[0]
+    assert run.scores == [0]
+
+
 def test_partial_scores(execute):
     """A number between 0 and the points is the score, as under nbgrader."""
     run = execute(

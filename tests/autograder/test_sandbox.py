@@ -299,10 +299,8 @@ attempt("sethostname", libc.sethostname(b"x", 1))
 attempt("setuid", quiet(lambda: os.setuid(0)))
 attempt("setresuid", quiet(lambda: os.setresuid(0, 0, 0)))
 attempt("mknod", quiet(lambda: os.mknod("disk", 0o60666, os.makedev(8, 0))))
-attempt("nice", quiet(lambda: os.nice(-5)) if False else -1)
 for pid in (1, 2, os.getppid()):
-    attempt(f"ptrace {pid}", libc.ptrace(16, pid, None, None))
-    attempt(f"kill {pid}", quiet(lambda: os.kill(pid, 19)) if pid == 1 and False else -1)
+    attempt(f"ptrace {pid}", libc.ptrace(0x4206, pid, None, None))
 buffer = ctypes.create_string_buffer(8)
 class Vec(ctypes.Structure):
     _fields_ = [("base", ctypes.c_void_p), ("len", ctypes.c_size_t)]
@@ -479,7 +477,7 @@ def test_a_sandbox_that_has_ended_says_so(limits):
     """Opening a notebook in a sandbox that is gone is an error of the sandbox, not of the submission."""
     sandbox = Sandbox()
     sandbox.close()
-    with pytest.raises((SandboxError, OSError)):
+    with pytest.raises(SandboxError, match="has ended"):
         Session(sandbox, limits)
 
 
