@@ -121,6 +121,7 @@ class ParallelAutograde(Autograde):
         isolated = IsolatedExecute(parent=self)
         if not isolated.trust_submissions:
             self._require_sandbox()
+        self.exporter.optimistic_validation = True  # once after all steps, not after each
         todo = [self._submission(folder) for folder in sorted(self.assignments)]
         progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
         errors: list[Submission] = []
