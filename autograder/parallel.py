@@ -29,9 +29,10 @@ from nbgrader.converters.base import NbGraderException
 from sqlalchemy.exc import OperationalError
 from traitlets import Bool, Integer
 
+from .database import one_engine
 from .isolated import IsolatedExecute
 from .pool import Pool
-from .repair import read_submission
+from .repair import Released, read_release, read_submission
 from .sandbox import SandboxError, require_bubblewrap
 
 MARKER = ".being-graded"
@@ -122,12 +123,13 @@ class ParallelAutograde(Autograde):
         if not isolated.trust_submissions:
             self._require_sandbox()
         self.exporter.optimistic_validation = True  # once after all steps, not after each
+        self._releases: dict[tuple[str, str], list[Released]] = {}
         todo = [self._submission(folder) for folder in sorted(self.assignments)]
         progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
         errors: list[Submission] = []
         under_way: list[Submission] = []
         jobs = self.jobs or os.cpu_count() or 1
-        with Pool(jobs) as pool:
+        with Pool(jobs) as pool, one_engine():
             while todo or under_way:
                 while todo and len(under_way) < AHEAD * jobs:
                     submission = todo.pop(0)
@@ -258,14 +260,23 @@ class ParallelAutograde(Autograde):
         info = resources["nbgrader"]
         # What was handed in goes past nbconvert, which stumbles over what is not quite a notebook, to `RepairNotebook`.
         info["submitted"], info["unreadable"] = read_submission(Path(filename))
-        release = self.coursedir.format_path(self.coursedir.release_directory, ".", info["assignment"])
-        info["release_file"] = Path(release, f"{info['notebook']}.ipynb")
+        info["released"] = self._released(info["assignment"], info["notebook"])
         folder = self._format_dest(info["assignment"], info["student"])
         resources["metadata"] = {"name": info["notebook"], "path": folder}
         self._init_preprocessors()
         output, resources = self.exporter.from_notebook_node(new_notebook(), resources=resources)
         self.write_single_notebook(output, resources)
         return nbformat.reads(output, as_version=4), resources
+
+    def _released(self, assignment: str, notebook: str) -> list[Released]:
+        """Return the cells of a release; they are read once in a run."""
+        if (assignment, notebook) not in self._releases:
+            folder = self.coursedir.format_path(self.coursedir.release_directory, ".", assignment)
+            path = Path(folder, f"{notebook}.ipynb")
+            self._releases[assignment, notebook] = read_release(
+                self.coursedir.db_url, assignment, notebook, path
+            )
+        return self._releases[assignment, notebook]
 
     # after execution
 

@@ -16,8 +16,7 @@ SANITIZE = (
     "nbgrader.preprocessors.ClearOutput",
     "nbgrader.preprocessors.DeduplicateIds",
     "nbgrader.preprocessors.OverwriteKernelspec",
-    "nbgrader.preprocessors.OverwriteCells",
-    "nbgrader.preprocessors.CheckCellMetadata",
+    "nbgrader.preprocessors.OverwriteCells",  # CheckCellMetadata is left out: RepairNotebook wrote the metadata
 )
 AUTOGRADE = (
     "autograder.isolated.IsolatedExecute",  # in the place of nbgrader's Execute
@@ -26,7 +25,6 @@ AUTOGRADE = (
     "nbgrader.preprocessors.SaveAutoGrades",
     "autograder.isolated.FlagForReview",  # after the grades are saved: takes back what a person must decide
     "nbgrader.preprocessors.AssignLatePenalties",
-    "nbgrader.preprocessors.CheckCellMetadata",
 )
 FEEDBACK = (
     "nbgrader.preprocessors.GetGrades",

@@ -13,7 +13,6 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import nbformat
-from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_raw_cell
 from nbgrader.api import Gradebook, MissingEntry
 from nbgrader.preprocessors import NbGraderPreprocessor
 
@@ -26,7 +25,7 @@ if TYPE_CHECKING:
 MAX_BYTES = 50 * 1024 * 1024
 SCHEMA_VERSION = 3
 NOTICE = "grading_notice"
-_NEW = {"code": new_code_cell, "markdown": new_markdown_cell, "raw": new_raw_cell}
+_KINDS = ("code", "markdown", "raw")
 
 
 @dataclass(frozen=True)
@@ -162,19 +161,27 @@ def repair(notebook: NotebookNode | None, released: Sequence[Released], reason: 
     _name_cells(cells, known, notices)
     _add_missing(cells, released, notices, whole=notebook is None)
     if reason:
-        cells.insert(0, new_markdown_cell(f"**This notebook was not graded as handed in: {reason}.**"))
+        cells.insert(0, _new_cell("markdown", f"**This notebook was not graded as handed in: {reason}.**"))
     for number, cell in enumerate(cells):
         cell["id"] = f"cell-{number}"
-    result = new_notebook(cells=cells)
+    result = nbformat.from_dict({"cells": cells, "metadata": {}, "nbformat": 4, "nbformat_minor": 5})
     result.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
     if notices:
         result.metadata[NOTICE] = notices
     return result
 
 
+def _new_cell(kind: str, source: str) -> NotebookNode:
+    """Return a cell as nbformat makes it, without the validation of each that nbformat does."""
+    fields: dict[str, Any] = {"cell_type": kind, "metadata": {}, "source": source}
+    if kind == "code":
+        fields |= {"execution_count": None, "outputs": []}
+    return nbformat.from_dict(fields)
+
+
 def _rebuild(cell: object) -> NotebookNode | None:
     """Return a cell with the fields that matter, None where there is no cell in it."""
-    if not isinstance(cell, dict) or cell.get("cell_type") not in tuple(_NEW):
+    if not isinstance(cell, dict) or cell.get("cell_type") not in _KINDS:
         return None
     source = cell.get("source", "")
     if isinstance(source, list) and all(isinstance(line, str) for line in source):
@@ -185,7 +192,7 @@ def _rebuild(cell: object) -> NotebookNode | None:
     metadata = metadata if isinstance(metadata, dict) else {}
     nbgrader = metadata.get("nbgrader")
     name = nbgrader.get("grade_id") if isinstance(nbgrader, dict) else None
-    made = _NEW[cell["cell_type"]](source.encode("utf-8", "replace").decode("utf-8"))
+    made = _new_cell(cell["cell_type"], source.encode("utf-8", "replace").decode("utf-8"))
     if isinstance(name, str):
         made.metadata["nbgrader"] = {"grade_id": name}
     return made
@@ -210,7 +217,7 @@ def _name_cells(cells: list[NotebookNode], known: dict[str, Released], notices: 
 
 
 def _of_release(released: Released, source: str | None = None) -> NotebookNode:
-    cell = _NEW[released.cell_type](released.source if source is None else source)
+    cell = _new_cell(released.cell_type, released.source if source is None else source)
     cell.metadata["nbgrader"] = released.metadata()
     return cell
 
@@ -244,8 +251,8 @@ class RepairNotebook(NbGraderPreprocessor):
         """Return the repaired notebook."""
         info = resources["nbgrader"]
         try:
-            released = read_release(
-                info["db_url"], info["assignment"], info["notebook"], info.get("release_file")
+            released = info.get("released") or read_release(
+                info["db_url"], info["assignment"], info["notebook"]
             )
         except MissingEntry:
             return nb, resources  # an unknown notebook: nbgrader itself leaves it out
