@@ -263,6 +263,8 @@ def _api(config: Config, folder: Path) -> Iterator[NbGraderAPI]:
     config.merge(own)
     api = NbGraderAPI(config=config)
     before, level = os.environ.get("PATH", os.defpath), api.log.level
+    handler = logging.StreamHandler()  # without an application of nbgrader's the log goes nowhere
+    api.log.addHandler(handler)
     os.environ["PATH"] = os.pathsep.join([str(Path(sys.executable).parent), before])
     api.log.setLevel(logging.ERROR)
     try:
@@ -270,6 +272,7 @@ def _api(config: Config, folder: Path) -> Iterator[NbGraderAPI]:
             warnings.simplefilter("ignore", SAWarning)  # nbgrader's own queries, which work
             yield api
     finally:
+        api.log.removeHandler(handler)
         api.log.setLevel(level)
         os.environ["PATH"] = before
 
