@@ -1,9 +1,9 @@
 """The first process of one notebook's pid namespace.
 
-It forks states, routes requests, keeps time, and never runs a line of the submission. It keeps a stack of *states*,
-processes that wait. A cell runs in a fork of the newest one; where it ends well its fork becomes the newest, where it
-dies or overruns it is ended and the state before it stands. A *mark* keeps a state for a test cell; the test cell's
-calls go to a fork of the mark which is ended afterwards.
+It forks states, routes requests, keeps time, and never runs a line of the submission. It keeps *states*, processes that wait. Cells
+run in a fork of the last state kept; where one dies or overruns, its process is ended, and a new fork runs again what
+ran well since. A *mark* keeps a state for a test cell; the test cell's calls go to a fork of it which is ended
+afterwards.
 """
 
 from __future__ import annotations
@@ -80,6 +80,8 @@ class Warden:
         self.home = home
         self.left = limits.notebook_cpu
         self.top = self.first(shell)
+        self.kept: Holder | None = None
+        self.since: list[str] = []
         self.marks: dict[int, Holder] = {}
         self.files: dict[int, dict[str, tuple[int, bytes | str | None]] | None] = {}
         self.scratch: Holder | None = None
@@ -188,27 +190,40 @@ class Warden:
         return ["done", self.left]
 
     def do_cell(self, source: str, careful: bool) -> bytes:
-        """Run a cell in a fork of the newest state; the fork becomes the newest state if it lives.
+        """Run a cell in the newest state, after a fork where the state before it must stay as it is.
 
-        A cell of the instructor's is not expected to end its process and spares the fork, unless the state is marked.
+        A state stays where it is marked, and before the first cell that is not the instructor's since it was kept.
         """
         if self.left <= 0:
             raise Ended("notebook")
-        in_place = not careful and self.top not in self.marks.values()
-        child = self.top if in_place else self.fork(self.top)
+        if self.top in self.marks.values() or (careful and self.kept is None):
+            self.keep()
         try:
-            body = self.ask(child, frames.pack(["cell", source]), self.limits.cell_cpu)
+            body = self.ask(self.top, frames.pack(["cell", source]), self.limits.cell_cpu)
         except Ended:
-            child.end()
-            if in_place:
-                raise Ended("lost") from None
+            self.go_back()
             raise
-        if in_place:
-            return self.answer(body)
-        if self.top not in self.marks.values():
-            self.top.channel.close()
-        self.top = child
+        self.since.append(source)
         return self.answer(body)
+
+    def keep(self) -> None:
+        """Keep the newest state as the one to go back to, and go on in a fork of it."""
+        child = self.fork(self.top)
+        if self.kept is not None and self.kept not in self.marks.values():
+            self.kept.channel.close()
+        self.kept, self.top, self.since = self.top, child, []
+
+    def go_back(self) -> None:
+        """Make the state before a cell that did not end: the kept one, and again what ran well since."""
+        self.top.end()
+        if self.kept is None:
+            raise Ended("lost")
+        self.top = self.fork(self.kept)
+        for source in self.since:
+            try:
+                self.ask(self.top, frames.pack(["cell", source]), self.limits.cell_cpu)
+            except Ended:
+                raise Ended("lost") from None
 
     def answer(self, body: bytes) -> bytes:
         """Wrap what a state said, unread: the grader checks it."""
