@@ -137,7 +137,7 @@ class Execution:
                 if output.output_type == "execute_result":
                     output.execution_count = count
             if result.ended:
-                text = f"this cell was stopped: {REASONS[result.ended]}; the next cell went on from the state before it"
+                text = f"this cell was stopped: {REASONS[result.ended]}.\nThe next one went on from the state before it"
                 cell.node.outputs.append(outputs_.error("CellStopped", text))
 
     def is_independent(self, index: int) -> bool:

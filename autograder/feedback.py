@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from nbformat import NotebookNode
 
 PLACEHOLDER = "# (hidden tests)"
+_MARK_SCHEME = re.compile(r"^[^\n]*BEGIN MARK SCHEME.*?END MARK SCHEME[^\n]*$", re.MULTILINE | re.DOTALL)
 # Errors whose text is the grader's own, not the submission's.
 _OWN = frozenset({"GraderError", "SubmissionStopped", "LimitExceeded", "ProcessDied", "CellStopped"})
 
@@ -31,7 +32,9 @@ class LeakFreeFeedback(NbGraderPreprocessor):
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
         """Return the notebook as a student may see it."""
         for cell in nb.cells:
-            if cell.cell_type == "code" and role_of(cell) == "test" and has_hidden_part(cell.source):
+            if cell.cell_type != "code":
+                cell.source = _MARK_SCHEME.sub("", cell.source).rstrip()
+            elif role_of(cell) == "test" and has_hidden_part(cell.source):
                 names = analyse(cell.source).loads
                 cell.source = visible_part(cell.source).rstrip() + "\n" + PLACEHOLDER
                 cell.outputs = [

@@ -94,7 +94,7 @@ def error(ename: str, evalue: str) -> Any:
     nbformat.NotebookNode
         The output.
     """
-    return new_output("error", ename=ename, evalue=evalue, traceback=[f"{ename}: {evalue}"])
+    return new_output("error", ename=ename, evalue=evalue, traceback=f"{ename}: {evalue}".split("\n"))
 
 
 def _one(output: object) -> Any:

@@ -122,7 +122,8 @@ def execute(job: Job) -> str:
         try:
             with grading_run(run_id=job.run):
                 limits = Limits.from_list(list(job.limits))
-                Execution(notebook, job.release, sandbox, limits, job.files, warm=job.warm).run()
+                execution = Execution(notebook, job.release, sandbox, limits, job.files, warm=job.warm)
+                execution.run()
         except SandboxError:
             _close_sandboxes()
             if attempt + 1 == ATTEMPTS:
@@ -130,7 +131,8 @@ def execute(job: Job) -> str:
         except Exception as error:  # noqa: BLE001  (whatever goes wrong in the grader: a person, never a silent 0)
             return failed(job, f"the grader itself failed: {type(error).__name__}: {error}")
         else:
-            notebook.metadata["grading"] = job.record()
+            seconds = limits.notebook_cpu - execution.session.left
+            notebook.metadata["grading"] = {**job.record(), "seconds": round(seconds, 2)}
             return nbformat.writes(notebook, version=4)
     raise AssertionError  # pragma: no cover
 

@@ -195,7 +195,25 @@ def _rebuild(cell: object) -> NotebookNode | None:
     made = _new_cell(cell["cell_type"], source.encode("utf-8", "replace").decode("utf-8"))
     if isinstance(name, str):
         made.metadata["nbgrader"] = {"grade_id": name}
+    if made.cell_type == "markdown" and (pictures := _pictures(cell.get("attachments"))):
+        made["attachments"] = pictures
     return made
+
+
+def _pictures(attachments: object) -> dict[str, dict[str, str]]:
+    """Return the pictures pasted into a Markdown cell: a photo of a derivation, say."""
+    found: dict[str, dict[str, str]] = {}
+    for name, bundle in attachments.items() if isinstance(attachments, dict) else ():
+        if isinstance(name, str) and isinstance(bundle, dict):
+            kept = {
+                mime: "".join(data)
+                if isinstance(data, list) and all(isinstance(d, str) for d in data)
+                else data
+                for mime, data in bundle.items()
+                if mime in ("image/png", "image/jpeg")
+            }
+            found[name] = {mime: data for mime, data in kept.items() if isinstance(data, str)}
+    return {name: bundle for name, bundle in found.items() if bundle}
 
 
 def _name_cells(cells: list[NotebookNode], known: dict[str, Released], notices: list[str]) -> None:
@@ -213,7 +231,10 @@ def _name_cells(cells: list[NotebookNode], known: dict[str, Released], notices: 
                 cells[i].source = ""
             continue
         seen.add(name)
-        cells[i] = _of_release(known[name], None if known[name].locked else cells[i].source)
+        own = cells[i]
+        cells[i] = _of_release(known[name], None if known[name].locked else own.source)
+        if "attachments" in own and cells[i].cell_type == "markdown" and not known[name].locked:
+            cells[i]["attachments"] = own.attachments
 
 
 def _of_release(released: Released, source: str | None = None) -> NotebookNode:

@@ -1,9 +1,9 @@
 """The first process of one notebook's pid namespace.
 
-It forks states, routes requests, keeps time, and never runs a line of the submission. It keeps *states*, processes that wait. Cells
-run in a fork of the last state kept; where one dies or overruns, its process is ended, and a new fork runs again what
-ran well since. A *mark* keeps a state for a test cell; the test cell's calls go to a fork of it which is ended
-afterwards.
+It forks states, routes requests, keeps time, and never runs a line of the submission. It keeps *states*, processes that
+wait. Cells run in a fork of the last state kept; where one dies or overruns, its process is ended, and a new fork runs
+again what ran well since. A *mark* keeps a state for a test cell; the test cell's calls go to a fork of it which is
+ended afterwards.
 """
 
 from __future__ import annotations

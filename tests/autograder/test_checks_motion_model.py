@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 import sympy as sp
 
-from autograder.check import CallError, Recorder, run_stage
+from autograder.check import CallError, Check, Recorder, run_stage
 from autograder.checks import STAGES, motion_model
+from autograder.compare import compare
 from autograder.grading import Score, grade, grade_expression, grading_run
 from roboloc_reference.gaussian import transition_update
 from roboloc_reference.motion import EPSILON_OMEGA, compute_dynamics
@@ -114,7 +115,7 @@ def test_kill_matrix_notices_a_blunt_check():
         case._replace(tolerance=tuple(np.full(np.shape(t), 10.0) for t in case.tolerance))
         for case in motion_model.slow(np.random.default_rng(1))
     ]
-    check = motion_model.Check("blunt", 1, lambda function, _rng: motion_model.compare(function, blunt))
+    check = Check("blunt", 1, lambda function, _rng: compare(function, blunt))
     stage = dataclasses.replace(DYNAMICS, checks=(check,))
     row = next(row for row in kill_matrix.rows(stage, ["s"]) if row.name == "derivative by omega set to 0")
     assert not row.holds

@@ -4,6 +4,7 @@
 
 from __future__ import annotations
 
+import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
@@ -92,3 +93,15 @@ def test_notes_on_the_file_are_plain_text():
     text = result.cells[0].source
     assert "the cell q1 was missing" in text
     assert not set("<>[]`#*!") & set(text.split("\n\n", 1)[1].replace("* ", ""))
+
+
+def test_the_mark_scheme_is_not_shown():
+    """A rubric that nbgrader restored into a task cell is for the grader; the question around it stays."""
+    text = "Why?\n\n=== BEGIN MARK SCHEME ===\n* 2 points for the answer\n=== END MARK SCHEME ===\n\nIn your words."
+    notebook = nbformat.from_dict(
+        {"cells": [{"cell_type": "markdown", "source": text, "metadata": {}}], "metadata": {}, "nbformat": 4}
+    )
+    shown, _ = LeakFreeFeedback().preprocess(notebook, {})
+    assert "2 points" not in shown.cells[0].source
+    assert "Why?" in shown.cells[0].source
+    assert "In your words." in shown.cells[0].source

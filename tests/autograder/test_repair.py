@@ -250,3 +250,20 @@ def test_an_old_notebook_is_brought_up_to_date(tmp_path):
     notebook, reason = read_submission(path)
     assert reason == ""
     assert "x = 1" in [c.source for c in check(repair(notebook, RELEASE)).cells]
+
+
+def test_a_photo_in_an_answer_stays():
+    """A picture that was pasted into a written answer is there for the person who marks it; other files are not."""
+    answer = {
+        "cell_type": "markdown",
+        "source": "![](a.png)",
+        "metadata": {"nbgrader": {"grade_id": "answer"}},
+    }
+    answer["attachments"] = {
+        "a.png": {"image/png": ["iVBO", "Rw0K"]},
+        "b.svg": {"image/svg+xml": "<svg/>"},
+        "c": 3,
+    }
+    released = Released("answer", "markdown", "Your answer", "", False, True, True, False, 1.0)
+    (cell,) = repair({"cells": [answer]}, [released]).cells
+    assert cell.attachments == {"a.png": {"image/png": "iVBORw0K"}}
