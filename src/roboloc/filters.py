@@ -156,10 +156,8 @@ class Ekf:
 
     def _call(self, name: str, results: dict[str, tuple], *arguments: Any) -> tuple[np.ndarray, ...]:
         """Call a stage and return its results as arrays that nobody else holds."""
-        if isinstance(self._stages, Mapping):
-            stage = self._stages.get(name)
-        else:
-            stage = getattr(self._stages, name, None)
+        given = self._stages
+        stage = given.get(name) if isinstance(given, Mapping) else getattr(given, name, None)
         if stage is None:
             raise MissingStageError(f"stage {name}: not supplied")
         try:
