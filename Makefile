@@ -22,7 +22,7 @@ test: lint ## everything CI runs
 	diff -r -x .ipynb_checkpoints notebooks build/fresh/notebooks || \
 	  { echo 'notebooks/ is not what solutions/ gives: run make notebooks and commit'; exit 1; }
 	$(BUILD_BOOK)
-	pytest -n 2
+	pytest -n 2 --dist loadfile
 	python tools/course.py
 
 lint: setup ## ruff: rules and format
