@@ -302,7 +302,7 @@ def _collect(api: NbGraderAPI, folder: Path, student: str, task: Task) -> Notebo
             for cell in cells
         ),
         notices,
-        dict(notebook.metadata.get("grading", {})),
+        {name: text for name, text in notebook.metadata.get("grading", {}).items() if name != "seconds"},
     )
 
 

@@ -140,10 +140,7 @@ def scripts(page):
 
 
 def test_feedback_hides_tests_and_runs_no_script(graded):
-    """Feedback names the failed hidden test and nothing in it; a script in a written answer is gone.
-
-    The same page made without the plug-in's setting has the script: the attack works where nothing stops it.
-    """
+    """Feedback names the failed hidden test and nothing in it; a script in a written answer is gone."""
     page = feedback(graded)
     assert "a hidden test failed" in page
     assert "hidden tests" in page
