@@ -7,7 +7,7 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from nbformat.v4 import new_code_cell, new_notebook, new_output
+from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -134,7 +134,12 @@ def graded(tmp_path):
     """Make a small graded course and return its folder, source and a function that writes a feedback page."""
     (tmp_path / report.FILE).write_text("a course\n")
     source = new_notebook(
-        cells=[new_code_cell("# seen\n### BEGIN HIDDEN TESTS\nassert answer == 42\n### END HIDDEN TESTS")]
+        cells=[
+            new_code_cell("# seen\n### BEGIN HIDDEN TESTS\nassert answer == 42\n### END HIDDEN TESTS"),
+            new_markdown_cell(
+                "Why is\nit so?\n=== BEGIN MARK SCHEME ===\n* 2 points for *why*\n=== END MARK SCHEME ==="
+            ),
+        ]
     )
 
     def write(student, html, printed="fine"):
@@ -154,7 +159,10 @@ def graded(tmp_path):
 @pytest.mark.parametrize(
     ("html", "printed", "words"),
     [
-        ("<code>assert answer == 42</code>", "fine", "the hidden line 'assert answer == 42'"),
+        ("<code>assert answer == 42</code>", "fine", "the hidden line 'assert answer 42'"),
+        ("<b>assert</b> <i>answer</i> <b>==</b> <i>42</i>", "fine", "the hidden line 'assert answer 42'"),
+        ("<p>=== MARK SCHEME ===</p>", "fine", "the hidden line 'MARK SCHEME'"),
+        ("<li>2 points\nfor <em>why</em></li>", "fine", "the hidden line '2 points for why'"),
         ("<script>steal()</script>", "fine", "would run 'steal()'"),
         ("{number}", "fine", "the hidden number"),
         ("fine", "REACHED the gradebook\n", "REACHED the gradebook"),
@@ -172,7 +180,7 @@ def test_each_leak_is_named(graded, html, printed, words):
 def test_no_leak_and_no_feedback_are_told_apart(graded):
     """Harmless feedback gives no line; a student without any gives one, and so does nothing to look for."""
     folder, source, write = graded
-    write("bob", "<script>usual()</script><code># seen</code>")
+    write("bob", "<script>usual()</script><code># seen</code><p>Why is\nit so?</p>")
     assert report.leaks(folder, "set", "one", ["perfect", "bob"], source) == []
     assert report.leaks(folder, "set", "one", ["perfect", "eve"], source) == [
         "eve: expected feedback, got none"
@@ -191,3 +199,37 @@ def test_exported_grades_hold_everyone_once(tmp_path):
         "bob: expected one line of grades.csv, got 2",
         "eve: expected one line of grades.csv, got 0",
     ]
+
+
+def test_processor_time_is_held_against_the_limit(tmp_path):
+    """A notebook that took longer than its limit, or has no record, is named; the slack is not counted."""
+    for name, record in (("ada", {"seconds": 65.0}), ("bob", {"seconds": 65.1}), ("eve", {"run": "1"})):
+        folder = tmp_path / "autograded" / name / "set"
+        folder.mkdir(parents=True)
+        nbformat.write(new_notebook(metadata={"grading": record}), folder / "one.ipynb")
+    students = ["ada", "bob", "eve", "tom"]
+    took = report.seconds(tmp_path, "set", "one", students)
+    assert took == {"ada": 65.0, "bob": 65.1}
+    assert report.overruns(took, students, 60.0) == [
+        "eve: expected processor seconds, got none",
+        "tom: expected processor seconds, got none",
+        "bob: expected at most 60 + 5 processor seconds, got 65.1",
+    ]
+
+
+def test_the_limit_is_that_of_the_configuration():
+    """The limit is a number of the repository's configuration, which a course can change."""
+    assert f"notebook_cpu = {course.processor_limit()}" in (ROOT / "nbgrader_config.py").read_text()
+
+
+def test_commands_run_beside_the_body_and_are_waited_for(tmp_path):
+    """What a command says is in its file when the body and the command are through; a command that fails is named."""
+    with course.running(tmp_path, ["--version"]):
+        log = tmp_path / "--version-0.log"
+        assert log.exists()
+    assert "nbgrader version" in log.read_text()
+    with (
+        pytest.raises(RuntimeError, match="nbgrader nonsense failed"),
+        course.running(tmp_path, ["nonsense"]),
+    ):
+        pass

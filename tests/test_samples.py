@@ -80,11 +80,62 @@ def test_table_lists_every_student_and_every_grade_cell(folder):
             assert score == course.MANUAL or 0 <= float(score) <= points[cell], (name, cell)
 
 
-def test_every_misconception_has_a_student():
-    """Each wrong version that the grader knows is the expected diagnosis of a student who makes that mistake alone."""
+def students():
+    """Return the students of the motion-model notebook by name."""
+    folder = ROOT / "samples" / "ekf-localization" / "motion-model"
+    return {sample.name: sample for sample in sample_class.sample_class(folder)}
+
+
+def diagnoses():
+    """Return the mistakes that the table lists for each ``mistake-`` student."""
     expected = course.read_expected(ROOT / "samples" / "ekf-localization" / "expected.csv")
-    alone = {result.diagnosis for name, result in expected.items() if name.startswith("mistake-")}
-    assert alone == {item.name for item in MISCONCEPTIONS}
+    return {
+        name: result.diagnosis.split("; ") for name, result in expected.items() if name.startswith("mistake-")
+    }
+
+
+def test_every_misconception_has_a_student():
+    """Each wrong version that the grader knows is the expected diagnosis of exactly one student beside others'."""
+    listed = [title for titles in diagnoses().values() for title in titles]
+    assert sorted(listed) == sorted({item.name for item in MISCONCEPTIONS})
+
+
+def test_every_misconception_is_handed_in():
+    """The mistakes that the table lists are those in the student's cells, and there is no other wrong cell."""
+    folder = ROOT / "samples" / "ekf-localization" / "motion-model"
+    texts = [sample_class.read_sample(path) for path in folder.glob("mistake-*.md")]
+    for name, titles in diagnoses().items():
+        items = {item.name: item for item in MISCONCEPTIONS if item.name in titles}
+        wrong = {
+            sample_class.CELLS[item.stage]: sample_class.student_source(item)
+            for item in items.values()
+            if item.stage in sample_class.CELLS
+        }
+        on_wheels = [title for title in titles if items[title].stage not in sample_class.CELLS]
+        files = [sample for sample in texts if sample.student == name]
+        assert len(on_wheels) == len(files) <= 1, name
+        for sample, title in zip(files, on_wheels, strict=True):
+            assert title.replace(" ", "-").startswith(sample.name.removeprefix("mistake-")), name
+            wrong |= sample.cells
+        assert students()[name].cells == wrong
+    assert {sample.student for sample in texts} <= diagnoses().keys()
+
+
+def test_a_cell_has_one_writer_who_is_in_the_class(tmp_path):
+    """Cells for a student whom there is not, or who writes them already, are refused, and so are options with them."""
+    path = tmp_path / "more.md"
+    cell = "# More\n\nText.\n\n```{cell} dynamics\npass\n```\n"
+    path.write_text(f"---\nstudent: nobody\n---\n{cell}")
+    with pytest.raises(ValueError, match="more: expected a student of the class, got nobody"):
+        sample_class.sample_class(tmp_path)
+    path.write_text(f"---\nstudent: mistake-euler-step\n---\n{cell}")
+    with pytest.raises(
+        ValueError, match="mistake-euler-step: expected one answer to dynamics, got more's as"
+    ):
+        sample_class.sample_class(tmp_path)
+    path.write_text(f"---\nstudent: mistake-euler-step\nrest: release\n---\n{cell}")
+    with pytest.raises(ValueError, match=r"more\.md: expected no option beside student"):
+        sample_class.sample_class(tmp_path)
 
 
 def test_who_loses_points_and_who_does_not():

@@ -4,8 +4,8 @@ The course stands in ``build/demo`` and is new each time: its configuration is t
 gradebook and a secret of its own. `sample_class` hands in the samples; ``nbgrader generate_assignment``,
 ``autograde``, ``generate_feedback`` and ``export`` do the work; then everything that a class must come out of it with
 is looked at: each score and recognised mistake against ``samples/<assignment>/expected.csv``, which is written by
-hand, a gradebook row for each grade cell of each student, and feedback that shows nothing hidden and runs nothing of a
-student's.
+hand, a gradebook row for each grade cell of each student, feedback that shows nothing hidden and runs nothing of a
+student's, and processor seconds within the limit of the configuration.
 
 Usage: ``python tools/course.py``. The exit status is 0 if all is as expected.
 """
@@ -29,6 +29,7 @@ import course_report
 import nbformat
 import sample_class
 from nbgrader.api import Gradebook
+from traitlets.config import PyFileConfigLoader
 
 import notebooks
 
@@ -181,13 +182,17 @@ class Clock:
         return time.monotonic() - self.began
 
 
-def prepare(course: Path, port: int) -> tuple[list[str], NotebookNode]:
-    """Make the course's folder with its sources and what the students handed in; return them and the source."""
+def prepare(course: Path) -> NotebookNode:
+    """Make the course's folder anew, with its sources, and return the source of the notebook."""
     shutil.rmtree(course, ignore_errors=True)
     course.mkdir(parents=True)
     (course / "nbgrader_config.py").write_text(CONFIGURATION, encoding="utf-8")
     notebooks.build_sources(ROOT / "solutions", course / "source")
-    source = nbformat.read(course / "source" / ASSIGNMENT / f"{NOTEBOOK}.ipynb", as_version=4)
+    return nbformat.read(course / "source" / ASSIGNMENT / f"{NOTEBOOK}.ipynb", as_version=4)
+
+
+def hand_in(course: Path, source: NotebookNode, port: int) -> list[str]:
+    """Write what the students hand in, and return their names."""
     release = nbformat.read(ROOT / "notebooks" / ASSIGNMENT / f"{NOTEBOOK}.ipynb", as_version=4)
     answers = sample_class.solutions(source)
     places = {"repository": str(ROOT), "course": str(course), "port": str(port)}
@@ -198,11 +203,19 @@ def prepare(course: Path, port: int) -> tuple[list[str], NotebookNode]:
         data = sample_class.hand_in(sample, release, answers, places)
         if data is not None:
             (folder / f"{NOTEBOOK}.ipynb").write_bytes(data)
-    return [sample.name for sample in samples], source
+    return [sample.name for sample in samples]
 
 
-def run(course: Path, *commands: Sequence[str], bar: bool = False) -> None:
-    """Run nbgrader commands at the same time; what they say goes to files, a progress bar to the terminal.
+def processor_limit() -> float:
+    """Return the processor seconds that the repository's configuration grants a notebook."""
+    return PyFileConfigLoader("nbgrader_config.py", str(ROOT)).load_config().IsolatedExecute.notebook_cpu
+
+
+@contextmanager
+def running(course: Path, *commands: Sequence[str], bar: bool = False) -> Iterator[None]:
+    """Run nbgrader commands at the same time as each other and the body, and wait for them at its end.
+
+    What they say goes to files, a progress bar to the terminal.
 
     Raises
     ------
@@ -224,8 +237,13 @@ def run(course: Path, *commands: Sequence[str], bar: bool = False) -> None:
                 cwd=course, env=environment, stdout=file, stderr=None if shown else file,
             )  # fmt: skip
         started.append((process, command, log))
+    try:
+        yield
+    finally:
+        for process, _, _ in started:
+            process.wait()
     for process, command, log in started:
-        if process.wait() != 0:
+        if process.returncode != 0:
             raise RuntimeError(f"nbgrader {' '.join(command)} failed:\n{log.read_text()[-4000:]}")
 
 
@@ -241,7 +259,7 @@ def halves(names: Sequence[str]) -> list[str]:
 def print_table(found: dict[str, Result]) -> None:
     """Print scores and recognised mistakes, a line for each student."""
     columns = list(next(iter(found.values())).scores) if found else []
-    print(f"{'student':46}{'sum':>5}  {'  '.join(columns)}")
+    print(f"{'student':46}{'sum':>5}  {'  '.join(columns)}  recognised mistakes")
     for student, result in found.items():
         total = sum(float(score) for score in result.scores.values() if score not in {MANUAL, MISSING})
         cells = "  ".join(f"{result.scores[name]:>{len(name)}}" for name in columns)
@@ -254,27 +272,36 @@ def main() -> int:
     faults: list[str] = []
     print(f"Sample class in {DEMO}")
     with Listener() as listener:
-        with clock("source built, sample class handed in"):
-            students, source = prepare(DEMO, listener.port)
+        with clock("source built"):
+            source = prepare(DEMO)
+        with (
+            clock("nbgrader generate_assignment, sample class handed in"),
+            running(DEMO, ["generate_assignment", ASSIGNMENT]),
+        ):
+            students = hand_in(DEMO, source, listener.port)
         if not listener.hears():
             faults.append("the listener does not hear connections, so that none proves nothing")
-        with clock("nbgrader generate_assignment"):
-            run(DEMO, ["generate_assignment", ASSIGNMENT])
-        with clock(f"nbgrader autograde: {len(students)} submissions"):
-            run(DEMO, ["autograde", ASSIGNMENT], bar=True)
+        with (
+            clock(f"nbgrader autograde: {len(students)} submissions"),
+            running(DEMO, ["autograde", ASSIGNMENT], bar=True),
+        ):
+            pass
         if listener.visits:
             faults.append(f"connects-out: the listener had {listener.visits} connections")
-    with clock("nbgrader generate_feedback"):
-        run(DEMO, *(["generate_feedback", ASSIGNMENT, f"--student={part}"] for part in halves(students)))
-    with clock("nbgrader export"):
-        run(DEMO, ["export"])
-    with clock("everything looked at"):
+    feedback = [["generate_feedback", ASSIGNMENT, f"--student={part}"] for part in halves(students)]
+    with clock("nbgrader generate_feedback, export"), running(DEMO, *feedback, ["export"]):
         found = read_results(DEMO)
+    with clock("everything looked at"):
         faults += differences(read_expected(ROOT / "samples" / ASSIGNMENT / "expected.csv"), found)
         faults += course_report.leaks(DEMO, ASSIGNMENT, NOTEBOOK, students, source)
         faults += course_report.exported(DEMO / "grades.csv", students)
+        seconds, limit = course_report.seconds(DEMO, ASSIGNMENT, NOTEBOOK, students), processor_limit()
+        faults += course_report.overruns(seconds, students, limit)
     print(f"{clock.total:6.1f} s  together\n")
     print_table(found)
+    if seconds:
+        longest = max(seconds, key=seconds.__getitem__)
+        print(f"\nLongest: {longest}, {seconds[longest]:.1f} processor seconds; the limit is {limit:g}.")
     print()
     for what, path in (
         ("book", ROOT / "_build" / "html" / "index.html"),

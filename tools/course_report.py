@@ -1,8 +1,9 @@
-"""Look at what a graded class leaves behind: recognised mistakes, leaks in feedback, the exported grades."""
+"""Look at what a graded class leaves behind: recognised mistakes, leaks in feedback, grades, processor time."""
 
 from __future__ import annotations
 
 import csv
+import html
 import re
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING
@@ -23,9 +24,13 @@ if TYPE_CHECKING:
 
 REACHED = "REACHED"  # what a hostile sample prints beside anything it could get hold of
 _MISTAKE = re.compile(r"^ *Recognised mistake: (?P<title>.+) \([^()]*\)\.$", re.MULTILINE)
+_MARK_SCHEME = re.compile(r"BEGIN MARK SCHEME(.*?)END MARK SCHEME", re.DOTALL)
+_WORD = re.compile(r"\w+")
+_TAG = re.compile(r"<[^>]*>")
 _DATA = re.compile(r"data:image/[a-z]+;base64,[A-Za-z0-9+/=\s]+")
 _STYLE = re.compile(r"<style.*?</style>", re.DOTALL)
 _NUMBER = re.compile(r"\d+\.\d+")
+SLACK = 5.0  # seconds: a clock that stops a cell looks at it now and then
 _DIGITS = 6  # a page of the course shows none of its own with more, and numpy prints eight decimals
 
 
@@ -84,12 +89,23 @@ def scripts(html: str) -> set[str]:
 
 
 def hidden_lines(source: NotebookNode) -> set[str]:
-    """Return the lines of a source notebook's hidden tests."""
+    """Return the lines of a source notebook's hidden tests and mark schemes, each as `words`.
+
+    Lines of one word are left out: a page holds such a word by chance.
+    """
     found: set[str] = set()
     for cell in source.cells:
         if cell.cell_type == "code":
             found |= set(cell.source.splitlines()) - set(visible_part(cell.source).splitlines())
-    return {line.strip() for line in found if len(line.strip()) > 3}
+        else:
+            for scheme in _MARK_SCHEME.findall(cell.source):
+                found |= {"MARK SCHEME", *scheme.splitlines()}
+    return {text for line in found if " " in (text := words(line).strip())}
+
+
+def words(text: str) -> str:
+    """Return the words of a text alone, so that code is found whatever colours it has, and prose whatever markup."""
+    return f" {' '.join(_WORD.findall(text))} "
 
 
 def hidden_numbers(secret: str) -> set[str]:
@@ -143,7 +159,7 @@ def leaks(
     students : sequence of str
         All of the class; there must be feedback for each, and one is named ``perfect``.
     source : NotebookNode
-        The source notebook, with its hidden tests.
+        The source notebook, with its hidden tests and mark schemes.
 
     Returns
     -------
@@ -159,14 +175,17 @@ def leaks(
         if not page.is_file():
             faults.append(f"{student}: expected feedback, got none")
             continue
-        html = page.read_text(encoding="utf-8")
-        text = _STYLE.sub("", _DATA.sub("", html))
+        markup = page.read_text(encoding="utf-8")
+        text = _STYLE.sub("", _DATA.sub("", markup))
+        read = words(html.unescape(_TAG.sub(" ", text)))
         faults += [
-            f"{student}: the feedback holds the hidden line {line!r}" for line in lines if line in text
+            f"{student}: the feedback holds the hidden line {line!r}"
+            for line in sorted(lines)
+            if f" {line} " in read
         ]
         shown = {_head(number) for number in _NUMBER.findall(text)} & numbers
         faults += [f"{student}: the feedback holds the hidden number {number}" for number in sorted(shown)]
-        faults += [f"{student}: the feedback would run {one[:80]!r}" for one in scripts(html) - usual]
+        faults += [f"{student}: the feedback would run {one[:80]!r}" for one in scripts(markup) - usual]
         graded = course / "autograded" / student / assignment / f"{notebook}.ipynb"
         for cell in nbformat.read(graded, as_version=4).cells:
             printed = "".join(one.get("text", "") for one in cell.get("outputs", []))
@@ -182,4 +201,42 @@ def exported(path: Path, students: Sequence[str]) -> list[str]:
         f"{name}: expected one line of {path.name}, got {names.count(name)}"
         for name in students
         if names.count(name) != 1
+    ]
+
+
+def seconds(course: Path, assignment: str, notebook: str, students: Sequence[str]) -> dict[str, float]:
+    """Return the processor seconds of each student's notebook, where they are recorded."""
+    found = {}
+    for student in students:
+        path = course / "autograded" / student / assignment / f"{notebook}.ipynb"
+        record = nbformat.read(path, as_version=4).metadata.get("grading", {}) if path.is_file() else {}
+        if "seconds" in record:
+            found[student] = float(record["seconds"])
+    return found
+
+
+def overruns(took: dict[str, float], students: Sequence[str], limit: float) -> list[str]:
+    """Say which notebooks ran for longer than they may, or do not say how long.
+
+    Parameters
+    ----------
+    took : dict of str to float
+        Processor seconds by student.
+    students : sequence of str
+        All of the class.
+    limit : float
+        Processor seconds that a notebook may take; `SLACK` comes on top.
+
+    Returns
+    -------
+    list of str
+        A line for each fault.
+    """
+    faults = [
+        f"{student}: expected processor seconds, got none" for student in students if student not in took
+    ]
+    return faults + [
+        f"{student}: expected at most {limit:g} + {SLACK:g} processor seconds, got {value:.1f}"
+        for student, value in took.items()
+        if value > limit + SLACK
     ]

@@ -17,12 +17,17 @@ between ``---`` at the top say more, all of it optional:
     What happens to cells of the release.
 ``file: text`` or ``file: none``
     The cells are handed in as plain text, or nothing is.
+``student: name``
+    The cells are not a student's own: the student of that name writes them too. No other option goes with it.
 
 ``@repository@``, ``@course@`` and ``@port@`` stand for two folders and a port that something listens on, and
 ``@solution@`` for the right answer to the same cell.
 
-Every wrong version of a stage in `autograder.misconceptions` is a student too, ``mistake-<its name>``: the cell is
-made from the source of that version, so that there is one home for it.
+Every wrong version of a stage in `autograder.misconceptions` is handed in too, once: the cell is made from the source
+of that version, so that there is one home for it. A student makes one mistake in each stage, since a mistake in one
+costs nothing in another: ``mistake-<the mistake in compute_dynamics>`` makes the mistake of the same place in the list
+of ``transition_update`` as well, as long as there is one. Those without one answer the questions on wheel speeds
+wrongly, by the samples that say ``student``. The table that `course` prints names all mistakes of each student.
 """
 
 from __future__ import annotations
@@ -32,7 +37,8 @@ import copy
 import inspect
 import re
 import textwrap
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from itertools import zip_longest
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -58,7 +64,7 @@ _CELL = re.compile(
     r"^```\{cell\} (?P<name>\S+)(?: from (?P<path>\S+))?\n(?P<source>.*?)^```$", re.DOTALL | re.MULTILINE
 )
 _MARKER = re.compile(r"^.*(?:###|===) (?:BEGIN|END) SOLUTION.*\n?", re.MULTILINE)
-_OPTIONS = {"rest", "delete", "duplicate", "rename", "file"}
+_OPTIONS = {"rest", "delete", "duplicate", "rename", "file", "student"}
 
 
 @dataclass(frozen=True)
@@ -79,6 +85,8 @@ class Sample:
         New grade ids by old.
     file : {"notebook", "text", "none"}
         What is handed in.
+    student : str
+        Who writes the cells, if it is not a student of this name.
     """
 
     name: str
@@ -89,6 +97,7 @@ class Sample:
     duplicate: tuple[str, ...] = ()
     rename: dict[str, str] = field(default_factory=dict)
     file: str = "notebook"
+    student: str = ""
 
 
 def read_sample(path: Path) -> Sample:
@@ -97,7 +106,7 @@ def read_sample(path: Path) -> Sample:
     Raises
     ------
     ValueError
-        If the file has no heading, no sentence, or an unknown option.
+        If the file has no heading, no sentence, an unknown option, or one beside ``student``.
     """
     match = _HEAD.match(path.read_text(encoding="utf-8"))
     about = _CELL.sub("", match["text"]).strip() if match else ""
@@ -106,6 +115,8 @@ def read_sample(path: Path) -> Sample:
     options = yaml.safe_load(match["options"] or "") or {}
     if unknown := set(options) - _OPTIONS:
         raise ValueError(f"{path.name}: expected options {sorted(_OPTIONS)}, got {sorted(unknown)}")
+    if "student" in options and len(options) > 1:
+        raise ValueError(f"{path.name}: expected no option beside student, got {sorted(options)}")
     cells = {}
     for cell in _CELL.finditer(match["text"]):
         source = (ROOT / cell["path"]).read_text(encoding="utf-8") if cell["path"] else cell["source"]
@@ -115,7 +126,7 @@ def read_sample(path: Path) -> Sample:
 
 
 def sample_class(folder: Path) -> list[Sample]:
-    """Return all students of a notebook: those with a file, and one for each wrong version of a stage.
+    """Return all students of a notebook: those with a file, and those who make the known mistakes.
 
     Parameters
     ----------
@@ -126,10 +137,27 @@ def sample_class(folder: Path) -> list[Sample]:
     -------
     list of Sample
         Sorted by name.
+
+    Raises
+    ------
+    ValueError
+        If a sample names a student whom there is not, or two samples write the same cell of a student's.
     """
     written = [read_sample(path) for path in sorted(folder.glob("*.md"))]
-    generated = [mistake(item) for item in MISCONCEPTIONS if item.stage in CELLS]
-    return sorted(written + generated, key=lambda sample: sample.name)
+    students = {sample.name: sample for sample in [*mistaken(), *written] if not sample.student}
+    for sample in written:
+        if not sample.student:
+            continue
+        if sample.student not in students:
+            raise ValueError(f"{sample.name}: expected a student of the class, got {sample.student}")
+        students[sample.student] = together(students[sample.student], sample)
+    return sorted(students.values(), key=lambda sample: sample.name)
+
+
+def mistaken() -> list[Sample]:
+    """Return the students who between them make every known mistake once, each one mistake in a stage."""
+    stages = [[mistake(item) for item in MISCONCEPTIONS if item.stage == stage] for stage in CELLS]
+    return [together(*filter(None, row)) for row in zip_longest(*stages)]
 
 
 def mistake(item: Misconception) -> Sample:
@@ -137,6 +165,23 @@ def mistake(item: Misconception) -> Sample:
     cell = CELLS[item.stage]
     slug = re.sub(r"[^a-z0-9]+", "-", item.name.lower().replace("'", "")).strip("-")
     return Sample(f"mistake-{slug}", f"{item.name}: {item.explanation}", {cell: student_source(item)})
+
+
+def together(student: Sample, *others: Sample) -> Sample:
+    """Return a student who also writes the cells of other samples.
+
+    Raises
+    ------
+    ValueError
+        If two of them write the same cell.
+    """
+    for other in others:
+        if both := student.cells.keys() & other.cells:
+            raise ValueError(
+                f"{student.name}: expected one answer to {min(both)}, got {other.name}'s as well"
+            )
+        student = replace(student, about=f"{student.about} {other.about}", cells=student.cells | other.cells)
+    return student
 
 
 def student_source(item: Misconception) -> str:
