@@ -229,7 +229,7 @@ def test_commands_run_beside_the_body_and_are_waited_for(tmp_path):
         assert log.exists()
     assert "nbgrader version" in log.read_text()
     with (
-        pytest.raises(RuntimeError, match="nbgrader nonsense failed"),
-        course.running(tmp_path, ["nonsense"]),
+        pytest.raises(RuntimeError, match="nbgrader generate_assignment nothing failed"),
+        course.running(tmp_path, ["generate_assignment", "nothing"]),
     ):
         pass
