@@ -197,6 +197,8 @@ class _Process:
             body = process.stdout.read(length)
             if len(body) < length:
                 raise EOFError
+        except ValueError as error:  # the pool was left meanwhile, and its pipes are closed
+            raise EOFError from error
         finally:
             watchdog.cancel()
         if body[:1] == b"-":

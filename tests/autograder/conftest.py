@@ -14,6 +14,7 @@ from autograder.roles import REVIEW
 from autograder.sandbox import Sandbox
 from autograder.session import Session
 from autograder.worker.limits import Limits
+from autograder.worker.shell import NotebookShell
 
 LIMITS = Limits(
     call_cpu=2.0,
@@ -33,6 +34,13 @@ def sandbox():
     """Start the sandbox once; without bubblewrap every test that asks for it fails."""
     with Sandbox() as running:
         yield running
+
+
+@pytest.fixture(autouse=True, scope="module")
+def no_shell_stays():
+    """Leave no IPython shell of the trusted side to later tests, which would take this process for a notebook."""
+    yield
+    NotebookShell.clear_instance()
 
 
 @pytest.fixture

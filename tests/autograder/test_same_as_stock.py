@@ -16,7 +16,7 @@ ROOT = Path(__file__).resolve().parents[2]
 QUICKSTART = Path(nbgrader.__file__).parent / "docs" / "source" / "user_guide"
 PLAIN = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\nc.ExecutePreprocessor.timeout = 120\n'
 ISOLATED = PLAIN + "from autograder.plugin import configure\nconfigure(c)\n"
-HONEST = ["perfect", "alternative-series", "blank", "mistake-gx-transposed", "mistake-dt-missing"]
+HONEST = ["perfect", "alternative-series", "blank", "mistake-gx-transposed", "mistake-division-by-zero"]
 
 
 def load(name):
@@ -97,7 +97,7 @@ def test_the_honest_class_is_not_all_alike(honest):
     scores = {(student, cell): score for (student, _, cell), (score, _) in stock.items()}
     assert scores["perfect", "dynamics-test"] == 10
     assert scores["mistake-gx-transposed", "dynamics-test"] == 8
-    assert scores["mistake-dt-missing", "transition-test"] == 2.4
+    assert scores["mistake-division-by-zero", "transition-test"] == 2.4
     assert scores["blank", "dynamics-test"] == 0
 
 
