@@ -17,6 +17,12 @@ cd "$(dirname "${BASH_SOURCE[0]}")/.."
 oldest_python="3.11"
 stamp=".venv/.setup-stamp"
 
+# An activated .venv must not be the interpreter that makes .venv anew.
+PATH=":$PATH:"
+PATH=${PATH//":$PWD/.venv/bin:"/:}
+PATH=${PATH#:}
+PATH=${PATH%:}
+
 say() { printf 'setup: %s\n' "$*"; }
 fail() {
   printf 'setup: %s\n' "$*" >&2
