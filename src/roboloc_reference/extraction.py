@@ -381,9 +381,10 @@ def _seen(rho: ArrayLike, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarra
     """Return which beams saw something, and their ranges."""
     try:
         nothing = np.isnan(rho)
-    except TypeError:
-        nothing = False
-    rho = as_array("rho", np.where(nothing, 1.0, rho), shape)
+        filled = np.where(nothing, 1.0, rho)
+    except (TypeError, ValueError):  # no numbers, or no array: as_array says so
+        nothing, filled = False, rho
+    rho = as_array("rho", filled, shape)
     seen = np.flatnonzero(~np.broadcast_to(nothing, shape))
     return seen, rho[seen]
 
