@@ -1,0 +1,26 @@
+"""What handing in late costs."""
+
+import pytest
+
+from autograder.late import DAY, PenaltyPerDay, lost_share
+
+
+@pytest.mark.parametrize(
+    ("seconds", "share"),
+    [(-5.0, 0.0), (0.0, 0.0), (1.0, 0.1), (DAY, 0.1), (DAY + 1.0, 0.2), (9.5 * DAY, 1.0), (1000 * DAY, 1.0)],
+)
+def test_each_day_that_has_begun_costs_a_tenth(seconds, share):
+    """On time costs nothing, each begun day a tenth, and never more than everything."""
+    assert lost_share(seconds) == pytest.approx(share, abs=1e-12)
+
+
+def test_grace_and_limit():
+    """Within the hours of grace lateness is free, the first day begins after them, and a limit is a limit."""
+    assert lost_share(2 * 3600.0, grace_hours=2.0) == 0.0
+    assert lost_share(2 * 3600.0 + 1.0, grace_hours=2.0) == 0.1
+    assert lost_share(100 * DAY, per_day=0.2, most=0.5) == 0.5
+
+
+def test_plugin_takes_its_share_of_the_earned_points():
+    """The plug-in's penalty is in points: a quarter a day of eight points is two."""
+    assert PenaltyPerDay(per_day=0.25).late_submission_penalty("somebody", 8.0, 60.0) == 2.0
