@@ -132,12 +132,15 @@ def preload() -> list[str]:
             importlib.import_module(name)
         except ImportError:
             missing.append(name)
-    if "sympy" in sys.modules:  # fill the caches of its simplest operations
+    if "sympy" in sys.modules:  # fill the caches of its simplest operations, and have its printers imported
         import sympy  # noqa: PLC0415
+
+        from .symbolic import evaluate  # noqa: PLC0415
 
         t = sympy.Symbol("t")
         sympy.limit(sympy.sin(t) / t, t, 0)
         str(sympy.latex(sympy.diff(sympy.sin(t) ** 2, t)))
+        evaluate(sympy.sin(t), {"t": 0.5})
     if "matplotlib.pyplot" in sys.modules:  # find the fonts, once
         import matplotlib.pyplot as plt  # noqa: PLC0415
 
@@ -146,6 +149,14 @@ def preload() -> list[str]:
         figure.canvas.draw()
         plt.close(figure)
     return missing
+
+
+def draw_once(shell: NotebookShell) -> None:
+    """Let the inline back end show and close a cell's figures before pyplot draws those that are open still.
+
+    The other way round, as they come by import, every figure is drawn one time more.
+    """
+    shell.events.callbacks["post_execute"].sort(key=lambda call: call.__module__ == "matplotlib.pyplot")
 
 
 def warm_up(shell: NotebookShell, sources: list[str]) -> None:
@@ -263,6 +274,7 @@ def main(descriptor: int) -> None:
     state_.hide_memory()
     shell = make_shell()
     missing = preload()
+    draw_once(shell)
     settle()
     control.send(["ready", missing, os.getuid()])
     Nursery(control, shell).serve()

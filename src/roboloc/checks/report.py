@@ -155,8 +155,12 @@ class Caller:
         Wrong
             If it raises, or returns anything else.
         """
-        call = f"{self.stage}({', '.join(map(text, arguments))})"
-        call = call if len(call) <= _LONG else f"{self.stage}, called on arrays of many digits,"
+
+        def call() -> str:
+            text_of_call = f"{self.stage}({', '.join(map(text, arguments))})"
+            long = len(text_of_call) > _LONG
+            return f"{self.stage}, called on arrays of many digits," if long else text_of_call
+
         given = deepcopy(arguments)
         try:
             with warnings.catch_warnings(), redirect_stdout(io.StringIO()):
@@ -165,7 +169,7 @@ class Caller:
         except NotImplementedError:
             raise Wrong("The function is not written yet: it raises NotImplementedError.") from None
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a student's function may raise anything
-            raise Wrong(f"{call}\nraises {type(error).__name__}: {error}{_line(error)}") from None
+            raise Wrong(f"{call()}\nraises {type(error).__name__}: {error}{_line(error)}") from None
         self.written_to = [
             i for i, (a, b) in enumerate(zip(arguments, given, strict=True)) if not _same(a, b)
         ]
@@ -188,7 +192,7 @@ def text(value: Any) -> str:
     return np.array2string(array, separator=", ", formatter=numbers, threshold=50).replace("\n", "")
 
 
-def _numbers(name: str, shape: tuple[int, ...], value: Any, call: str) -> np.ndarray:
+def _numbers(name: str, shape: tuple[int, ...], value: Any, call: Callable[[], str]) -> np.ndarray:
     try:
         array = np.asarray(value)
     except Exception:  # noqa: BLE001 - a list of unequal lists, or an object that refuses
@@ -199,7 +203,7 @@ def _numbers(name: str, shape: tuple[int, ...], value: Any, call: str) -> np.nda
     if array.shape != shape:
         raise Wrong(f"{name} should have shape {shape}, but it has shape {array.shape}.")
     if not np.isfinite(array).all():
-        raise Wrong(f"{call}\nreturns a number that is not finite in {name}: {text(array)}")
+        raise Wrong(f"{call()}\nreturns a number that is not finite in {name}: {text(array)}")
     return array.astype(np.float64)
 
 
