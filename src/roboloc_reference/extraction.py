@@ -26,6 +26,7 @@ from numpy.typing import ArrayLike
 
 from roboloc.angles import wrap
 from roboloc.validation import as_array, as_number
+from roboloc_reference.scan_points import ScanPoints
 
 
 @dataclass(frozen=True)
@@ -169,7 +170,8 @@ def split(theta: ArrayLike, rho: ArrayLike, params: Params | Mapping[str, float]
     >>> split(theta, rho, params).tolist()
     [[0, 4], [4, 8]]
     """
-    scan = _Scan(*_beams(theta, rho), _params(params))
+    params = _params(params)
+    scan = ScanPoints(*_beams(theta, rho), params.line_point_distance, params.max_point_gap)
     todo, done = scan.runs()[::-1], []
     while todo:
         i, j = todo.pop()
@@ -214,10 +216,11 @@ def merge(
     >>> merge(theta, 1.0 / np.cos(theta), [[0, 2], [2, 5]], Params(0.3, 0.02, 0.5, 3)).tolist()
     [[0, 5]]
     """
-    scan = _Scan(*_beams(theta, rho), _params(params))
+    params = _params(params)
+    scan = ScanPoints(*_beams(theta, rho), params.line_point_distance, params.max_point_gap)
     runs = _ranges(ranges, scan.size)
     cost = [scan.joint_distance(a, b) for a, b in pairwise(runs)]
-    while cost and min(cost) <= scan.params.line_point_distance:
+    while cost and min(cost) <= scan.line_point_distance:
         k = int(np.argmin(cost))
         runs[k : k + 2] = [(runs[k][0], runs[k + 1][1])]
         del cost[k]
@@ -287,10 +290,10 @@ def extract_lines(
     theta = theta[seen]
     runs = merge(theta, rho, split(theta, rho, params), params)
 
-    scan = _Scan(theta, rho, params)
+    scan = ScanPoints(theta, rho, params.line_point_distance, params.max_point_gap)
     length = np.hypot(*(scan.points[:, runs[:, 1] - 1] - scan.points[:, runs[:, 0]]))
     long = (runs[:, 1] - runs[:, 0] >= params.min_points) & (length >= params.min_segment_length)
-    runs = scan.with_sharp_corners(runs[long].tolist())
+    runs = scan.with_sharp_corners(runs[long].tolist(), params.min_points)
 
     alpha, r = np.empty(len(runs)), np.empty(len(runs))
     C, segments = np.empty((len(runs), 2, 2)), np.empty((len(runs), 4))
@@ -302,63 +305,6 @@ def extract_lines(
     ranges = np.array([(seen[i], seen[j - 1] + 1) for i, j in runs], dtype=int).reshape(-1, 2)
     long = np.hypot(*(segments[:, 2:] - segments[:, :2]).T) >= params.min_segment_length
     return alpha[long], r[long], C[long], segments[long], ranges[long]
-
-
-class _Scan:
-    """Points of a scan, with running sums from which any run is judged without summing again."""
-
-    def __init__(self, theta: np.ndarray, rho: np.ndarray, params: Params) -> None:
-        self.params = params
-        self.size = rho.size
-        self.points = rho * np.stack([np.cos(theta), np.sin(theta)])
-        self.gap = np.hypot(*np.diff(self.points)) > params.max_point_gap
-        # About the mean of the scan, so that differences of sums keep their digits.
-        x, y = self.points - self.points.mean(axis=1, keepdims=True) if rho.size else self.points
-        self.sums = np.zeros((5, rho.size + 1))
-        np.cumsum([x, y, x * x, x * y, y * y], axis=1, out=self.sums[:, 1:])
-
-    def runs(self) -> list[tuple[int, int]]:
-        """Return the longest runs without a gap."""
-        cuts = [0, *(np.flatnonzero(self.gap) + 1).tolist(), self.size]
-        return list(pairwise(cuts)) if self.size else []
-
-    def distance(self, i: int, j: int) -> float:
-        """Return how far the farthest point of a run is from its line."""
-        if j - i <= 2:
-            return 0.0
-        points = self.points[:, i:j]
-        x, y = points - points.mean(axis=1, keepdims=True)
-        alpha = 0.5 * np.arctan2(-2.0 * (x @ y), y @ y - x @ x)
-        return float(np.abs(x * np.cos(alpha) + y * np.sin(alpha)).max())
-
-    def is_line(self, i: int, j: int) -> bool:
-        """Tell whether all points of a run lie on its line, as far as the parameters care."""
-        return self.distance(i, j) <= self.params.line_point_distance
-
-    def joint_distance(self, a: tuple[int, int], b: tuple[int, int]) -> float:
-        """Return the distance of two neighbouring runs taken as one, infinite if they do not touch."""
-        return np.inf if a[1] != b[0] or self.gap[a[1] - 1] else self.distance(a[0], b[1])
-
-    def corner(self, i: int, j: int, least: int) -> int:
-        """Return where to cut a run so that two lines fit best, each with `least` points or more."""
-        k = np.arange(i + least, j - least + 1)
-        begin, middle, end = self.sums[:, [i]], self.sums[:, k], self.sums[:, [j]]
-        return int(k[np.argmin(_misfit(middle - begin, k - i) + _misfit(end - middle, j - k))])
-
-    def with_sharp_corners(self, runs: list[list[int]]) -> list[list[int]]:
-        """Return runs in which those that touch meet where both fit best; three sweeps settle all but rare cases."""
-        for _ in range(3):
-            for a, b in pairwise(runs):
-                if a[1] == b[0] and not self.gap[a[1] - 1]:
-                    a[1] = b[0] = self.corner(a[0], b[1], self.params.min_points)
-        return runs
-
-
-def _misfit(sums: np.ndarray, count: np.ndarray) -> np.ndarray:
-    """Return the sum of squared distances from the best line, the smaller eigenvalue of the scatter."""
-    x, y, xx, xy, yy = sums
-    xx, xy, yy = xx - x * x / count, xy - x * y / count, yy - y * y / count
-    return 0.5 * (xx + yy - np.hypot(xx - yy, 2.0 * xy))
 
 
 def _params(params: Params | Mapping[str, float]) -> Params:
