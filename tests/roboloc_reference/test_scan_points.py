@@ -48,7 +48,7 @@ def test_each_side_of_a_corner_keeps_its_least():
     """A corner is never cut so close to an end that one side has fewer points than asked."""
     theta = np.linspace(-0.5, 0.5, 11)
     rho = 1.0 / np.cos(theta)
-    rho[-3:] = [0.9, 0.5, 0.9]  # the best cut is before the last three, which lie on no line
+    rho[8:] = 0.25 / np.sin(theta[8:])  # the last three beams fall on a wall to the left
     scan = ScanPoints(theta, rho, 0.1, 5.0)
     assert scan.corner(0, 11, 1) == 8
     assert scan.corner(0, 11, 4) <= 7
