@@ -3,7 +3,9 @@ import pytest
 
 from roboloc import filters
 from roboloc.simulation import figure_eight, simulate_motion
-from roboloc_reference.ekf import STAGES, Ekf
+from roboloc.worlds import maze
+from roboloc_reference.ekf import STAGES, Ekf, EkfLocalization
+from roboloc_reference.lines import compute_predicted_measurements
 
 
 def test_without_noise_the_filter_drives_where_the_robot_drives():
@@ -51,3 +53,34 @@ def test_the_reference_filter_is_the_shell_with_the_reference_stages():
     empty = Ekf(np.zeros(3), np.eye(3), np.eye(2), stages={})
     with pytest.raises(filters.MissingStageError, match="compute_dynamics"):
         empty.transition_update([0, 0], 0.1)
+
+
+TF, MAP = np.array([0.1, 0.02, 0.05]), maze().map_lines
+
+
+def test_without_noise_and_error_localization_changes_nothing():
+    """Lines observed exactly as predicted leave the mean where it is and shrink the covariance."""
+    x0 = np.array([-6.0, -4.0, 0.4])
+    ekf = EkfLocalization(x0, 1e-4 * np.eye(3), np.eye(2), MAP, TF, 3.0)
+    hs, _ = compute_predicted_measurements(x0, MAP, TF)
+    ekf.measurement_update(hs[:, :4], [1e-4 * np.eye(2)] * 4)
+    np.testing.assert_allclose(ekf.x, x0, atol=1e-12)
+    assert np.all(np.linalg.eigvalsh(ekf.Sigma) < 1e-4)
+
+
+def test_localization_finds_the_true_pose():
+    """From a pose 5 cm and 1 degree off, exact lines in all directions bring the filter to the truth."""
+    truth = np.array([1.0, 2.5, -2.0])
+    ekf = EkfLocalization(truth + np.array([0.05, -0.04, 0.017]), 1e-2 * np.eye(3), np.eye(2), MAP, TF, 3.0)
+    hs, _ = compute_predicted_measurements(truth, MAP, TF)
+    for _ in range(4):
+        ekf.measurement_update(hs, [1e-6 * np.eye(2)] * MAP.shape[1])
+    np.testing.assert_allclose(ekf.x, truth, atol=1e-4)
+
+
+def test_a_scan_without_lines_changes_nothing():
+    """No line, no information."""
+    ekf = EkfLocalization(np.zeros(3), np.eye(3), np.eye(2), MAP, TF, 3.0)
+    ekf.measurement_update(np.zeros((2, 0)), [])
+    np.testing.assert_array_equal(ekf.x, np.zeros(3))
+    np.testing.assert_array_equal(ekf.Sigma, np.eye(3))

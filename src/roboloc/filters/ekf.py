@@ -1,26 +1,15 @@
-"""Filter shells: they hold a belief and call the stages, which somebody else supplies.
+"""The extended Kalman filter of whatever is moved by a control [V, omega]."""
 
-A shell unpacks its state, calls a stage, checks that the stage gave something usable, and stores it. It
-contains no mathematics, so a filter built from a student's stages works only if the stages do: one that is
-missing is an error that names it, never replaced by another.
-
-Source of constructors and method names: Stanford AA274A (2021), problem set 4.
-"""
-
-from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboloc.filters.shell import Shell
 from roboloc.validation import as_array, as_covariance
 
 
-class MissingStageError(NotImplementedError):
-    """A stage was not supplied, or is not written yet."""
-
-
-class Ekf:
+class Ekf(Shell):
     """Extended Kalman filter of a state moved by a control [V, omega].
 
     Parameters
@@ -66,14 +55,14 @@ class Ekf:
     >>> ekf.measurement_update([0.1], [[1.0]], [[1.0, 0.0, 0.0]])
     Traceback (most recent call last):
         ...
-    roboloc.filters.MissingStageError: stage measurement_update: not supplied
+    roboloc.filters.shell.MissingStageError: stage measurement_update: not supplied
     """
 
     def __init__(self, x0: ArrayLike, Sigma0: ArrayLike, R: ArrayLike, stages: Any = None) -> None:
+        super().__init__(stages)
         self.x = as_array("x0", x0, ("n",)).copy()
         self.Sigma = as_covariance("Sigma0", Sigma0, self.x.size).copy()
         self.R = as_covariance("R", R, 2).copy()
-        self._stages = stages
 
     def transition_model(self, u: ArrayLike, dt: float) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return g, Gx and Gu at the present mean, from the stage ``compute_dynamics``.
@@ -153,23 +142,3 @@ class Ekf:
     def _store(self, name: str, *arguments: Any) -> None:
         n = self.x.size
         self.x, self.Sigma = self._call(name, {"x": (n,), "Sigma": (n, n)}, *arguments)
-
-    def _call(self, name: str, results: dict[str, tuple], *arguments: Any) -> tuple[np.ndarray, ...]:
-        """Call a stage and return its results as arrays that nobody else holds."""
-        given = self._stages
-        stage = given.get(name) if isinstance(given, Mapping) else getattr(given, name, None)
-        if stage is None:
-            raise MissingStageError(f"stage {name}: not supplied")
-        try:
-            values = stage(*arguments)
-        except NotImplementedError as error:
-            raise MissingStageError(f"stage {name}: not written yet") from error
-        if values is None:
-            raise MissingStageError(f"stage {name}: returns None, so it is not written yet or lacks a return")
-        if not isinstance(values, tuple | list) or len(values) != len(results):
-            got = f"{len(values)} values" if isinstance(values, tuple | list) else type(values).__name__
-            raise ValueError(f"stage {name}: expected {', '.join(results)}, got {got}")
-        return tuple(
-            as_array(f"stage {name}: {key}", value, shape).copy()
-            for (key, shape), value in zip(results.items(), values, strict=True)
-        )
