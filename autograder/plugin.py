@@ -24,7 +24,23 @@ AUTOGRADE = (
     "nbgrader.preprocessors.LimitOutput",
     "nbgrader.preprocessors.SaveAutoGrades",
     "autograder.isolated.FlagForReview",  # after the grades are saved: takes back what a person must decide
+    "autograder.versions.FlagNewCells",  # likewise, for cells that the student was never given
     "nbgrader.preprocessors.AssignLatePenalties",
+)
+RELEASE = (
+    "nbgrader.preprocessors.IncludeHeaderFooter",
+    "nbgrader.preprocessors.InstantiateTests",
+    "nbgrader.preprocessors.LockCells",
+    "nbgrader.preprocessors.ClearSolutions",
+    "nbgrader.preprocessors.ClearOutput",
+    "nbgrader.preprocessors.CheckCellMetadata",
+    "nbgrader.preprocessors.ComputeChecksums",
+    "nbgrader.preprocessors.SaveCells",
+    "nbgrader.preprocessors.ClearHiddenTests",
+    "nbgrader.preprocessors.ClearMarkScheme",
+    "nbgrader.preprocessors.ComputeChecksums",
+    "nbgrader.preprocessors.CheckCellMetadata",  # so far nbgrader's own list
+    "autograder.versions.RecordVersion",
 )
 FEEDBACK = (
     "nbgrader.preprocessors.GetGrades",
@@ -42,6 +58,7 @@ def configure(c: Config) -> None:
     c : traitlets.config.Config
         The configuration object of `nbgrader_config.py`.
     """
+    c.GenerateAssignment.preprocessors = [_load(name) for name in RELEASE]
     c.Autograde.sanitize_preprocessors = [_load(name) for name in SANITIZE]
     c.Autograde.autograde_preprocessors = [_load(name) for name in AUTOGRADE]
     c.GenerateFeedback.preprocessors = [_load(name) for name in FEEDBACK]

@@ -3,7 +3,8 @@
 A student may duplicate, delete, rename, retype or empty cells, and so may an editor gone wrong. Repair rebuilds every
 cell from the few fields that matter, gives those that the gradebook knows their own metadata back, and adds what is
 missing, so that every grade cell gets its row whatever the file looked like. A file that cannot be read at all is
-replaced by the release with the reason on top.
+replaced by the release with the reason on top. A file that was made from an earlier version of the assignment is
+brought into the shape of the present one; see `versions`.
 """
 
 from __future__ import annotations
@@ -16,6 +17,8 @@ import nbformat
 from nbgrader.api import Gradebook, MissingEntry
 from nbgrader.preprocessors import NbGraderPreprocessor
 
+from .versions import NEW, Origin, find_origin, given_now, given_then, read_history
+
 if TYPE_CHECKING:
     from collections.abc import Sequence
     from pathlib import Path
@@ -26,6 +29,7 @@ MAX_BYTES = 50 * 1024 * 1024
 SCHEMA_VERSION = 3
 NOTICE = "grading_notice"
 _KINDS = ("code", "markdown", "raw")
+_PRESENT = Origin(None)  # nothing has changed
 
 
 @dataclass(frozen=True)
@@ -135,7 +139,12 @@ def _is_old(raw: object) -> bool:
     return isinstance(raw, dict) and isinstance(raw.get("nbformat"), int) and raw["nbformat"] < 4
 
 
-def repair(notebook: NotebookNode | None, released: Sequence[Released], reason: str = "") -> NotebookNode:
+def repair(
+    notebook: NotebookNode | None,
+    released: Sequence[Released],
+    reason: str = "",
+    origin: Origin | None = None,
+) -> NotebookNode:
     """Return a valid notebook that has every graded cell of the release exactly once.
 
     Parameters
@@ -146,6 +155,8 @@ def repair(notebook: NotebookNode | None, released: Sequence[Released], reason: 
         The release.
     reason : str, optional
         Why it could not be read, for the student.
+    origin : Origin, optional
+        The version it was made from, where that is not the present one.
 
     Returns
     -------
@@ -153,13 +164,16 @@ def repair(notebook: NotebookNode | None, released: Sequence[Released], reason: 
         A new notebook. What was mended is listed in its metadata under `NOTICE`.
     """
     known = {cell.name: cell for cell in released}
+    origin = origin or _PRESENT
     notices = [reason] if reason else []
+    if origin is not _PRESENT:
+        notices += origin.notices()
     rebuilt = [_rebuild(cell) for cell in (notebook or {}).get("cells", [])]
     cells = [cell for cell in rebuilt if cell is not None]
     if len(cells) < len(rebuilt):
         notices.append(f"{len(rebuilt) - len(cells)} cells were not cells and have been left out")
-    _name_cells(cells, known, notices)
-    _add_missing(cells, released, notices, whole=notebook is None)
+    _name_cells(cells, known, notices, frozenset(origin.gone))
+    _add_missing(cells, released, notices, frozenset(origin.new), whole=notebook is None)
     if reason:
         cells.insert(0, _new_cell("markdown", f"**This notebook was not graded as handed in: {reason}.**"))
     for number, cell in enumerate(cells):
@@ -168,6 +182,8 @@ def repair(notebook: NotebookNode | None, released: Sequence[Released], reason: 
     result.metadata["kernelspec"] = {"name": "python3", "display_name": "Python 3", "language": "python"}
     if notices:
         result.metadata[NOTICE] = notices
+    if origin.new:
+        result.metadata[NEW] = list(origin.new)
     return result
 
 
@@ -216,13 +232,15 @@ def _pictures(attachments: object) -> dict[str, dict[str, str]]:
     return {name: bundle for name, bundle in found.items() if bundle}
 
 
-def _name_cells(cells: list[NotebookNode], known: dict[str, Released], notices: list[str]) -> None:
+def _name_cells(
+    cells: list[NotebookNode], known: dict[str, Released], notices: list[str], gone: frozenset[str]
+) -> None:
     """Give cells of the release their metadata; of a duplicated cell the last is it, as nbgrader has it."""
     seen: set[str] = set()
     for i in range(len(cells) - 1, -1, -1):
         name = cells[i].metadata.pop("nbgrader", {}).get("grade_id")
         if name not in known:
-            if name is not None:
+            if name is not None and name not in gone:
                 notices.append(f"a cell of the unknown name {name[:60]!r} was taken as a cell of your own")
             continue
         if name in seen:
@@ -244,7 +262,12 @@ def _of_release(released: Released, source: str | None = None) -> NotebookNode:
 
 
 def _add_missing(
-    cells: list[NotebookNode], released: Sequence[Released], notices: list[str], *, whole: bool
+    cells: list[NotebookNode],
+    released: Sequence[Released],
+    notices: list[str],
+    new: frozenset[str],
+    *,
+    whole: bool,
 ) -> None:
     """Put cells of the release that are missing after the one they followed there."""
 
@@ -254,15 +277,20 @@ def _add_missing(
         )
 
     before: str | None = None
-    for cell in released:
+    late = False  # whether the answer cell before this one is missing
+    for number, cell in enumerate(released):
         if place(cell.name) is None:
             if cell.solution and not cell.grade and not whole:
+                late = True
                 continue  # the student's own code may stand elsewhere: nothing is put in its place
             at = 0 if before is None else (place(before) or 0) + 1
+            if late:  # ... but before the next cell of the release
+                after = (place(later.name) for later in released[number + 1 :])
+                at = next((found for found in after if found is not None), len(cells))
             cells.insert(at, _of_release(cell))
-            if not whole:
+            if not whole and cell.name not in new:
                 notices.append(f"the cell {cell.name} was missing and has been put back")
-        before = cell.name
+        before, late = cell.name, False
 
 
 class RepairNotebook(NbGraderPreprocessor):
@@ -278,7 +306,16 @@ class RepairNotebook(NbGraderPreprocessor):
         except MissingEntry:
             return nb, resources  # an unknown notebook: nbgrader itself leaves it out
         reason = info.get("unreadable", "")
-        repaired = repair(None if reason else info.pop("submitted", nb), released, reason)
+        submitted = None if reason else info.pop("submitted", nb)
+        repaired = repair(submitted, released, reason, self._origin(submitted, released, info))
         for notice in repaired.metadata.get(NOTICE, []):
             self.log.warning("%s/%s: %s", info["student"], info["notebook"], notice)
         return repaired, resources
+
+    def _origin(self, submitted: Any, released: Sequence[Released], info: dict[str, Any]) -> Origin | None:
+        """Return the version that a file was made from, where that is not the present one."""
+        then = given_then(submitted)
+        now = given_now(map(_of_release, released), self)
+        if not then or then == now:
+            return None
+        return find_origin(then, now, read_history(info["db_url"], info["assignment"], info["notebook"]))

@@ -267,3 +267,13 @@ def test_a_photo_in_an_answer_stays():
     released = Released("answer", "markdown", "Your answer", "", False, True, True, False, 1.0)
     (cell,) = repair({"cells": [answer]}, [released]).cells
     assert cell.attachments == {"a.png": {"image/png": "iVBORw0K"}}
+
+
+def test_put_back_after_code_that_stands_for_a_deleted_answer():
+    """Where answer and test were deleted and the answer written into a cell of one's own, the test comes after it."""
+    cells = submitted()
+    cells[2:4] = [cell(None, "def f(x): return x * x")]
+    notebook = check(repair(new_notebook(cells=cells), RELEASE))
+    sources = [c.source for c in notebook.cells]
+    assert sources.index("assert f(3) == 9") > sources.index("def f(x): return x * x")
+    assert names(notebook) == ["given", "test", "essay", "test-2"]

@@ -62,7 +62,7 @@ def test_every_student_has_their_own_file(collected):
 def test_forged_name_harms_nobody(collected):
     """A file named as a class-mate's is a file of no released name to the student who uploaded it: no points, a row."""
     course, _ = collected
-    assert course.rows()["444"] == {name: (0.0, False) for name in GRADED}
+    assert course.rows()["444"] == dict.fromkeys(GRADED, (0.0, False))
     assert course.rows()["111"]["cube-test"] == (3.0, False)
 
 
