@@ -110,9 +110,9 @@ def lines_of(segments: ArrayLike) -> np.ndarray:
 def maze() -> World:
     """Return a maze of 15 walls on 14 lines: a hall, three rooms and a corridor, 16 m by 12 m.
 
-    The hall in the south-west is so wide that a robot which drives along the south wall and sees 3.5 m far
-    sees that wall alone for about 4 m. The corridor in the middle has two parallel walls. The two walls north
-    of the hall have a doorway between them and share a line.
+    The hall in the south-west is so wide that a robot which drives east along the south wall, and sees 3.5 m
+    far and 120 degrees to either side, sees that wall alone for more than 6 m. The corridor in the middle has
+    two parallel walls. The two walls north of the hall have a doorway between them and share a line.
 
     Returns
     -------
