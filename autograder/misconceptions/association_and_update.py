@@ -304,7 +304,7 @@ MISCONCEPTIONS = (
     Misconception(
         "every block from the last line",
         _STACK,
-        "All blocks of Q are those of the last line.",
+        "All blocks of Q are those of the last line, as if every line had been observed equally well.",
         "Which index do you use inside the loop, on the left and on the right?",
         _stack(lambda _v, Q, _H: {"Q": np.kron(np.eye(len(Q)), Q[-1])}),
     ),

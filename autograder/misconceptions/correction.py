@@ -119,7 +119,7 @@ MISCONCEPTIONS = (
     Misconception(
         "mean not corrected",
         _UPDATE,
-        "The mean is what it was before the observation.",
+        "The mean is what it was before the observation: the filter becomes surer of where it was wrong.",
         "What is the gain for, if not for the mean?",
         _result(lambda x, *_: {"x": x.copy()}),
     ),

@@ -20,6 +20,9 @@ COURSE = "a course"
 ALL_STAGES = STAGES | {name: expression.stage() for name, expression in EXPRESSIONS.items()}
 # The only ones whose fault is that they return no number, and the arguments for which they may.
 NOT_FINITE = {"division by zero": lambda _xvec, u, _dt: u[1] == 0}
+# Those whose fault is in how many rows they return: a wrong association keeps other lines, of the right width.
+OTHER_COUNT = {"association.compute_innovations"}
+OTHER_SHAPE = {"block diagonal of nothing"}
 
 
 def found(stage, function):
@@ -52,7 +55,9 @@ def test_wrong_versions_return_numbers_of_the_right_shape(item):
     for call in calls:
         returned = item.function(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in call.args))
         right = stage.reference(*call.args)
-        assert [np.shape(value) for value in returned] == [np.shape(value) for value in right]
+        skip = 1 if item.stage in OTHER_COUNT else 0
+        if item.name not in OTHER_SHAPE:
+            assert [np.shape(value)[skip:] for value in returned] == [np.shape(part)[skip:] for part in right]
         if not NOT_FINITE.get(item.name, lambda *_: False)(*call.args):
             assert all(np.isfinite(value).all() for value in returned)
 
