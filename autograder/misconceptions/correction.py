@@ -141,7 +141,7 @@ MISCONCEPTIONS = (
     Misconception(
         "Q in the place of S in the covariance",
         _UPDATE,
-        "K Q K^T is subtracted where K S K^T belongs.",
+        "K Q K^T is subtracted where K S K^T belongs, so that a precise observation makes the filter hardly surer.",
         _ONE,
         _result(lambda _x, Sigma, _z, Q, _H, _S, K: {"Sigma": Sigma - K @ Q @ K.T}),
     ),
