@@ -49,7 +49,7 @@ class Event(NamedTuple):
     scan: int | None
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Log:
     """A recorded run. The arrays are copies that cannot be written to.
 
@@ -154,6 +154,9 @@ class Log:
 
     def _set(self, name: str, array: np.ndarray) -> None:
         object.__setattr__(self, name, _frozen(array))
+
+    def __repr__(self) -> str:
+        return f"<Log of {self.world}: {len(self.controls)} controls, {len(self.scans)} scans>"
 
     @property
     def start_time(self) -> float:

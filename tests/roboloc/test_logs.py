@@ -124,6 +124,11 @@ def test_the_maze_has_a_long_stretch_with_a_single_wall():
     assert np.ptp(log.truth_at(log.scan_times[:first])[:, 0]) > 5
 
 
+def test_a_log_is_shown_in_one_line():
+    """Whoever types its name in a notebook does not get ten thousand numbers."""
+    assert repr(Log(**FIELDS)) == "<Log of nowhere: 3 controls, 3 scans>"
+
+
 def test_an_unknown_run_is_refused():
     """The message names those that there are."""
     with pytest.raises(ValueError, match=r"^name: expected one of arena, maze, got nowhere"):
