@@ -1,9 +1,9 @@
-"""Draw poses, trajectories and beliefs on given axes.
+"""Draw worlds, scans, poses, trajectories and beliefs on given axes.
 
 Every function takes the axes first, adds one artist, returns it, and does nothing else: figures, labels and
-limits belong to the caller. Keywords in `style` go to the artist and override what is set here. The colours
-are those of Okabe and Ito, which remain distinct for colour-blind readers; a figure should still not rely on
-colour alone, so give line styles or markers too.
+limits belong to the caller; only `plot_run` adds several. Keywords in `style` go to the artist and override
+what is set here. The colours are those of Okabe and Ito, which remain distinct for colour-blind readers; a
+figure should still not rely on colour alone, so give line styles or markers too.
 
 Source of the colours: M. Okabe and K. Ito, *Color Universal Design* (2008).
 """
@@ -14,11 +14,15 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.lines import Line2D
 from matplotlib.patches import Ellipse, Patch, Polygon
 from numpy.typing import ArrayLike
 
+from roboloc import se2
+from roboloc.filters import Run
 from roboloc.validation import as_array, as_floats, as_number
+from roboloc.worlds import World
 
 COLORS = MappingProxyType(
     {
@@ -147,15 +151,146 @@ def plot_covariance_ellipse(
     return _added(ax, ellipse)
 
 
+def plot_world(ax: Axes, world: World, **style: Any) -> LineCollection:
+    """Draw the walls of a world.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Axes to draw on.
+    world : World
+        What to draw.
+    **style
+        Keywords of `matplotlib.collections.LineCollection`.
+
+    Returns
+    -------
+    matplotlib.collections.LineCollection
+        The walls.
+    """
+    style = _styled(style, "color", COLORS["black"])
+    walls = LineCollection(world.segments.reshape(-1, 2, 2), **_styled(style, "linewidth", 2.0))
+    ax.add_collection(walls)
+    ax.autoscale_view()
+    return walls
+
+
+def plot_scan(
+    ax: Axes,
+    x: ArrayLike,
+    bearings: ArrayLike,
+    rho: ArrayLike,
+    tf_base_to_camera: ArrayLike = (0.0, 0.0, 0.0),
+    **style: Any,
+) -> Line2D:
+    """Draw the points that a scan sees, as they lie in the world if the robot is at `x`.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Axes to draw on.
+    x : (3,) array_like
+        Pose of the robot [m, m, rad].
+    bearings : (B,) array_like
+        Directions of the beams in the frame of the scanner [rad].
+    rho : (B,) array_like
+        Ranges [m]; what is NaN is not drawn.
+    tf_base_to_camera : (3,) array_like
+        Pose of the scanner in the frame of the robot [m, m, rad].
+    **style
+        Keywords of `matplotlib.lines.Line2D`.
+
+    Returns
+    -------
+    matplotlib.lines.Line2D
+        The points.
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite, NaN in `rho` excepted.
+    """
+    bearings = as_array("bearings", bearings, ("B",))
+    seen = ~np.isnan(rho)
+    rho = as_array("rho", np.where(seen, rho, 0.0), bearings.shape)[seen]
+    x_cam, y_cam, theta_cam = se2.compose(x, as_array("tf_base_to_camera", tf_base_to_camera, (3,)))
+    phi = theta_cam + bearings[seen]
+    style = {"marker": ".", "linestyle": "none", **_styled(style, "color", COLORS["green"])}
+    (points,) = ax.plot(x_cam + rho * np.cos(phi), y_cam + rho * np.sin(phi), **style)
+    return points
+
+
+def plot_run(
+    ax: Axes,
+    run: Run,
+    truth: ArrayLike | None = None,
+    open_loop: Run | None = None,
+    ellipses: int = 12,
+    probability: float = 0.95,
+) -> dict[str, list[Line2D] | list[Ellipse]]:
+    """Draw what a filter believed beside the truth and beside what the controls alone say.
+
+    Paths differ in line style and colour and are labelled for a legend; each belief has ellipses at instants
+    that are evenly spaced, the last one at the end.
+
+    Parameters
+    ----------
+    ax : matplotlib.axes.Axes
+        Axes to draw on.
+    run : Run
+        Beliefs of the filter.
+    truth : (T, 3) array_like, optional
+        True poses [m, m, rad].
+    open_loop : Run, optional
+        Beliefs of a filter that only predicts.
+    ellipses : int
+        Number of ellipses of each belief; 0 for none.
+    probability : float
+        Probability that an ellipse holds the position.
+
+    Returns
+    -------
+    dict
+        The artists: ``"truth"``, ``"open loop"`` and ``"EKF"`` as far as they are drawn, a list of one path
+        each; ``"open loop ellipses"`` and ``"EKF ellipses"``, lists of ellipses.
+
+    Raises
+    ------
+    ValueError
+        If `truth` has another shape, or if the probability is not between 0 and 1.
+    """
+    drawn: dict[str, list] = {}
+    if truth is not None:
+        style = {"color": COLORS["sky_blue"], "linewidth": 4.0, "label": "truth"}
+        drawn["truth"] = [plot_trajectory(ax, truth, **style)]
+    for name, beliefs, color, linestyle in (
+        ("open loop", open_loop, COLORS["vermillion"], "--"),
+        ("EKF", run, COLORS["blue"], "-"),
+    ):
+        if beliefs is None:
+            continue
+        style = {"color": color, "linestyle": linestyle, "linewidth": 1.2, "label": name}
+        drawn[name] = [plot_trajectory(ax, beliefs.xs, **style)]
+        instants = np.linspace(0, len(beliefs.xs) - 1, ellipses + 1).round().astype(int)[1:]
+        drawn[f"{name} ellipses"] = [
+            plot_covariance_ellipse(
+                ax, beliefs.xs[k], beliefs.Sigmas[k], probability, edgecolor=color, linestyle=linestyle
+            )
+            for k in instants
+        ]
+    return drawn
+
+
 # Other spellings by which matplotlib lets a caller set the same thing.
 _SPELLINGS = {
-    "color": ("color", "c"),
+    "color": ("color", "c", "colors", "edgecolor"),
+    "linewidth": ("linewidth", "linewidths", "lw"),
     "facecolor": ("facecolor", "fc", "color"),
     "edgecolor": ("edgecolor", "ec", "color"),
 }
 
 
-def _styled(style: dict[str, Any], key: str, value: str) -> dict[str, Any]:
+def _styled(style: dict[str, Any], key: str, value: Any) -> dict[str, Any]:
     """Return `style` with a default added, unless the caller set it under any spelling."""
     return style if any(spelling in style for spelling in _SPELLINGS[key]) else {**style, key: value}
 

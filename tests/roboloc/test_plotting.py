@@ -6,6 +6,8 @@ from matplotlib.path import Path
 from oracles import read_only
 
 from roboloc import plotting
+from roboloc.filters import Run
+from roboloc.worlds import arena
 
 
 @pytest.fixture
@@ -85,10 +87,65 @@ def test_wrong_arguments_are_named(ax):
         (lambda: plotting.plot_pose(ax, np.zeros(2)), "x"),
         (lambda: plotting.plot_pose(ax, np.zeros(3), size=0), "size"),
         (lambda: plotting.plot_covariance_ellipse(ax, np.zeros(1), np.eye(1)), "x"),
+        (lambda: plotting.plot_scan(ax, np.zeros(3), [[0.0]], [1.0]), "bearings"),
+        (lambda: plotting.plot_scan(ax, np.zeros(3), [0.0], [1.0, 2.0]), "rho"),
+        (lambda: plotting.plot_scan(ax, np.zeros(3), [0.0], [np.inf]), "rho"),
+        (lambda: plotting.plot_scan(ax, np.zeros(3), [0.0], [1.0], np.zeros(2)), "tf_base_to_camera"),
+        (lambda: plotting.plot_run(ax, None, np.zeros((3, 2))), "xs"),
         (lambda: plotting.plot_covariance_ellipse(ax, np.zeros(3), np.eye(2)), "Sigma"),
         (lambda: plotting.plot_covariance_ellipse(ax, np.zeros(3), np.eye(3), probability=1), "probability"),
     ):
         with pytest.raises(ValueError, match=rf"^{name}: expected .*, got "):
             call()
     assert not ax.lines
+    assert not ax.patches
+
+
+def test_world_shows_every_wall(ax):
+    """Each wall is drawn from end to end, and all of them are in view."""
+    walls = plotting.plot_world(ax, arena(), label="walls")
+    np.testing.assert_array_equal(np.array(walls.get_segments()).reshape(-1, 4), arena().segments)
+    assert walls in ax.collections
+    assert ax.get_xlim()[0] <= arena().segments[:, ::2].min()
+    assert plotting.plot_world(ax, arena(), color="0.5", lw=7).get_linewidth() == [7]
+
+
+def test_scan_lies_where_it_was_seen(ax):
+    """Through the offset of the scanner, and without the beams that saw nothing."""
+    x, tf, bearings, rho = read_only(
+        [1.0, 2.0, np.pi / 2], [0.5, 0.0, np.pi / 2], [0.0, 0.1, np.pi / 2], [1.0, np.nan, 3.0]
+    )
+    points = plotting.plot_scan(ax, x, bearings, rho, tf)
+    np.testing.assert_allclose(points.get_xydata(), [[0, 2.5], [1, -0.5]], atol=1e-12)
+    assert (points.get_marker(), points.get_linestyle()) == (".", "None")
+    assert plotting.plot_scan(ax, x, bearings, rho, marker="x", c="k").get_color() == "k"
+
+
+def believed(y):
+    """Return a run along a line, ever less certain."""
+    xs = np.array([[k, y, 0.0] for k in range(11)])
+    Sigmas = np.array([0.1 * k * np.eye(3) for k in range(11)])
+    none = np.zeros(0, dtype=int)
+    return Run(np.arange(11.0), xs, Sigmas, none, none, none, (), ())
+
+
+def test_run_shows_truth_open_loop_and_filter(ax):
+    """Three paths that differ in more than colour, labelled, and ellipses up to the end of each belief."""
+    truth = np.zeros((5, 3))
+    drawn = plotting.plot_run(ax, believed(0.0), truth, believed(1.0), ellipses=5)
+    assert [line.get_label() for line in ax.lines] == ["truth", "open loop", "EKF"]
+    assert len({(line.get_linestyle(), line.get_linewidth()) for line in ax.lines}) == 3
+    np.testing.assert_array_equal(drawn["truth"][0].get_xydata(), truth[:, :2])
+    for name, y in (("EKF", 0.0), ("open loop", 1.0)):
+        np.testing.assert_array_equal(drawn[name][0].get_xydata()[:, 1], y)
+        centers = [ellipse.get_center() for ellipse in drawn[f"{name} ellipses"]]
+        np.testing.assert_array_equal(centers, [[k, y] for k in (2, 4, 6, 8, 10)])
+    assert len(ax.patches) == 10
+
+
+def test_run_alone(ax):
+    """Without truth and open loop the filter is drawn, and no ellipses if none are asked for."""
+    drawn = plotting.plot_run(ax, believed(0.0), ellipses=0)
+    assert set(drawn) == {"EKF", "EKF ellipses"}
+    assert len(ax.lines) == 1
     assert not ax.patches
