@@ -58,7 +58,9 @@ class Stage:
     """A graded function: the names of what it returns, the trusted version, the allowed error and the checks.
 
     `tolerance(args)` gives the allowed error of each output, as an array or a number. `rows` and `columns` name the
-    entries of an output in messages, `action` is what they call a call.
+    entries of an output in messages, `action` is what they call a call. Where one thing has several right names (an
+    angle and the angle a turn on), `aligned(right, got)` rewrites the outputs that came back in the name nearest to
+    the right one; both are arrays by output, None for one that is no array of the right shape.
     """
 
     name: str
@@ -69,6 +71,7 @@ class Stage:
     rows: dict[str, tuple[str, ...]] = field(default_factory=dict)
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
     action: str = "the call"
+    aligned: Callable[[dict[str, Any], dict[str, Any]], dict[str, Any]] | None = None
 
     @property
     def function_name(self) -> str:

@@ -6,6 +6,7 @@ is looked at on its own, so that two mistakes in two outputs are both found.
 
 from __future__ import annotations
 
+import inspect
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -55,6 +56,7 @@ class _Seen:
     args: tuple
     right: dict[str, np.ndarray]
     tolerance: dict[str, np.ndarray]
+    loosest: dict[str, float]
     got: _Numbers
 
 
@@ -102,7 +104,7 @@ def _known(
     for item in misconceptions:
         matched, faulty = set(wrong), set()
         for one in seen:
-            version = _run(stage, item, one.args)
+            version = _run(stage, item, one)
             matched = {name for name in matched if _matches(item, one, version, name)}
             if not matched:
                 break
@@ -135,43 +137,61 @@ def _deviates(one: _Seen, version: _Numbers, name: str) -> bool:
 
 def _off(one: _Seen, numbers: _Numbers, name: str) -> bool:
     """Whether an output is not the right one."""
-    value = numbers.values[name]
-    return value is None or not bool((np.abs(value - one.right[name]) <= one.tolerance[name]).all())
+    value, right = numbers.values[name], one.right[name]
+    if value is None or value.shape != right.shape:
+        return True
+    return not bool((np.abs(value - right) <= one.tolerance[name]).all())
 
 
 def _equal(one: _Seen, version: _Numbers, name: str) -> bool:
     got, wanted = one.got.values[name], version.values[name]
-    if got is None or wanted is None:
+    if got is None or wanted is None or got.shape != wanted.shape:
         return False
+    if not wanted.size:
+        return True
     if not np.isfinite(wanted).all():
         return not np.isfinite(got).all()  # where one program gets NaN, another gets infinity or an error
-    scale = np.abs(wanted).max() / max(float(np.abs(one.right[name]).max()), np.finfo(float).tiny)
-    return bool((np.abs(got - wanted) <= 4 * one.tolerance[name].max() * (1 + scale)).all())
+    scale = np.abs(wanted).max() / max(float(np.abs(one.right[name]).max(initial=0.0)), np.finfo(float).tiny)
+    return bool((np.abs(got - wanted) <= 4 * one.loosest[name] * (1 + scale)).all())
 
 
 def _beside(stage: Stage, call: Call) -> _Seen:
     right = {
         name: np.asarray(value, dtype=float) for name, value in _named(stage, stage.reference(*call.args))
     }
-    tolerance = {
-        name: np.broadcast_to(value, right[name].shape)
-        for name, value in _named(stage, stage.tolerance(*call.args))
-    }
+    allowed = dict(_named(stage, stage.tolerance(*call.args)))
+    tolerance = {name: np.broadcast_to(value, right[name].shape) for name, value in allowed.items()}
+    loosest = {name: float(np.max(value, initial=0.0)) for name, value in allowed.items()}
     if call.error:  # a division by zero in plain Python is what NaN is in numpy
         got = _Numbers({name: np.full_like(value, np.nan) for name, value in right.items()}, _changed(call))
     else:
         returned = call.returned
         usable = type(returned) in {tuple, list} and len(returned) == len(stage.outputs)
         pairs = _named(stage, returned if usable else [None] * len(stage.outputs))
-        got = _Numbers({name: _array(value, right[name].shape) for name, value in pairs}, _changed(call))
-    return _Seen(call.args, right, tolerance, got)
+        values = {name: _array(value) for name, value in pairs}
+        got = _Numbers(_aligned(stage, right, values), _changed(call))
+    return _Seen(call.args, right, tolerance, loosest, got)
 
 
-def _run(stage: Stage, item: Misconception, args: tuple) -> _Numbers:
-    given = copied(args)
+def _run(stage: Stage, item: Misconception, one: _Seen) -> _Numbers:
+    given = copied(one.args)
     returned = item.function(*given)
     values = {name: np.array(value, dtype=float) for name, value in _named(stage, returned)}
-    return _Numbers(values, tuple(not _same(now, was) for now, was in zip(given, args, strict=True)))
+    changed = tuple(not _same(now, was) for now, was in zip(given, one.args, strict=True))
+    return _Numbers(_aligned(stage, one.right, values), changed)
+
+
+def _aligned(
+    stage: Stage, right: dict[str, np.ndarray], values: dict[str, np.ndarray | None]
+) -> dict[str, np.ndarray | None]:
+    """Write outputs in the form nearest to the right one, where the stage has several."""
+    if not stage.aligned:
+        return values
+    fitting = {
+        name: value if value is not None and value.shape == right[name].shape else None
+        for name, value in values.items()
+    }
+    return stage.aligned(right, fitting)
 
 
 def _named(stage: Stage, values: Any) -> list[tuple[str, Any]]:
@@ -186,21 +206,21 @@ def _same(now: Any, was: Any) -> bool:
     return np.array_equal(now, was) if isinstance(was, np.ndarray) else now == was
 
 
-def _array(value: Any, shape: tuple[int, ...]) -> np.ndarray | None:
-    """Read an output as numbers of the right shape, finite or not; None if it is not that."""
+def _array(value: Any) -> np.ndarray | None:
+    """Read an output as numbers, finite or not, of any shape; None if it is not that."""
     array = as_numbers(value)
-    usable = array is not None and array.dtype.kind in "fiu" and array.shape == shape
-    return array.astype(float) if usable else None
+    return array.astype(float) if array is not None and array.dtype.kind in "fiu" else None
 
 
 def _observe(stage: Stage, seen: list[_Seen], name: str) -> Diagnosis | None:  # noqa: PLR0911 (a list of cases)
     """Describe how an output differs that no known mistake explains."""
-    pairs = [(one, one.got.values[name]) for one in seen]
-    if any(value is None or not np.isfinite(value).all() for _, value in pairs):
+    pairs = [(one, one.got.values[name]) for one in seen if one.right[name].size]
+    if not pairs or not all(_readable(one, value, name) for one, value in pairs):
         return None  # the message of the check says all there is to say
     got = np.array([value for _, value in pairs]) if len({v.shape for _, v in pairs}) == 1 else None
     if got is None:
         return _sizes_differ(pairs, name)
+    seen = [one for one, _ in pairs]
     right = np.array([one.right[name] for one, _ in pairs])
     tolerance = np.array([one.tolerance[name] for one, _ in pairs])
     bad = (np.abs(got - right) > tolerance).any(axis=0)
@@ -212,7 +232,7 @@ def _observe(stage: Stage, seen: list[_Seen], name: str) -> Diagnosis | None:  #
         and (np.abs(got - right.swapaxes(1, 2)) <= loose).all()
     ):
         return _observation(name, f"{name} is the transpose of the right matrix.")
-    wrong_got, wrong_right, durations = got[:, bad], right[:, bad], _durations(seen)
+    wrong_got, wrong_right, durations = got[:, bad], right[:, bad], _durations(stage, seen)
     if text := _factor(wrong_got, wrong_right, durations):
         return _observation(name, f"{where} of {name}: {text}.")
     scale = np.abs(right).max()
@@ -226,10 +246,17 @@ def _observe(stage: Stage, seen: list[_Seen], name: str) -> Diagnosis | None:  #
     )
 
 
+def _readable(one: _Seen, value: np.ndarray | None, name: str) -> bool:
+    """Whether an output can be compared entry by entry with the right one."""
+    return value is not None and value.shape == one.right[name].shape and bool(np.isfinite(value).all())
+
+
 def _sizes_differ(pairs: list[tuple[_Seen, np.ndarray]], name: str) -> Diagnosis | None:
-    """Describe a matrix output that comes in several sizes."""
-    square = all(value.ndim == 2 for _, value in pairs)
-    if square and any(np.abs(value - value.T).max() > 4 * one.tolerance[name].max() for one, value in pairs):
+    """Describe an output that comes in several sizes."""
+    covariance = all(_symmetric(one.right[name]) for one, _ in pairs)
+    if covariance and any(
+        np.abs(value - value.T).max() > 4 * one.tolerance[name].max() for one, value in pairs
+    ):
         return _observation(name, f"{name} is not symmetric, and a covariance is.")
     ratios = [value / one.right[name] for one, value in pairs]
     text = _factor_text(
@@ -238,8 +265,17 @@ def _sizes_differ(pairs: list[tuple[_Seen, np.ndarray]], name: str) -> Diagnosis
     return _observation(name, f"All entries of {name}: {text}.") if text else None
 
 
-def _durations(seen: list[_Seen]) -> np.ndarray | None:
-    """Return dt of every call: the last argument, or the symbol of that name."""
+def _symmetric(array: np.ndarray) -> bool:
+    """Whether a right output is a symmetric matrix, to rounding."""
+    square = array.ndim == 2 and array.shape[0] == array.shape[1]
+    return square and bool(np.abs(array - array.T).max() <= 1e-12 * np.abs(array).max())
+
+
+def _durations(stage: Stage, seen: list[_Seen]) -> np.ndarray | None:
+    """Return dt of every call: the last argument if that is its name, or the symbol of that name."""
+    *_, name = inspect.signature(stage.reference).parameters
+    if name not in {"dt", "values"}:
+        return None
     last = [one.args[-1] for one in seen]
     found = [value.get("dt") if isinstance(value, dict) else value for value in last]
     return np.array(found) if all(isinstance(value, float) for value in found) else None

@@ -6,9 +6,24 @@ compared with theirs, so that feedback can say what the mistake is.
 
 from __future__ import annotations
 
-from autograder.misconceptions import motion_model, prediction, wheel_speeds
+from autograder.misconceptions import (
+    association_and_update,
+    correction,
+    line_measurements,
+    line_normalization,
+    line_transform,
+    motion_model,
+    prediction,
+    single_wall,
+    upside_down,
+    wheel_speeds,
+)
 
 MISCONCEPTIONS = motion_model.MISCONCEPTIONS + prediction.MISCONCEPTIONS + wheel_speeds.MISCONCEPTIONS
+MISCONCEPTIONS += line_transform.MISCONCEPTIONS + line_normalization.MISCONCEPTIONS
+MISCONCEPTIONS += line_measurements.MISCONCEPTIONS + upside_down.MISCONCEPTIONS
+MISCONCEPTIONS += association_and_update.MISCONCEPTIONS + correction.MISCONCEPTIONS
+MISCONCEPTIONS += single_wall.MISCONCEPTIONS
 
 
 def of_stage(stage: str) -> tuple:
