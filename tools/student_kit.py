@@ -4,15 +4,13 @@ The kit is made from one commit (``--ref``, HEAD unless told), never from the wo
 an instructor tried in a notebook or left beside it can slip in, and the same commit always gives the same
 bytes (``SOURCE_DATE_EPOCH``, or else the time of that commit, stands in every file). It holds
 ``src/roboloc``, ``notebooks`` and the licences; before anything is written every file is searched for
-answers, and a kit with one is refused.
+answers (`kit_answers`), and a kit with one is refused.
 """
 
 import argparse
-import ast
 import io
 import json
 import os
-import re
 import subprocess
 import sys
 import tarfile
@@ -22,6 +20,8 @@ import tomllib
 import zipfile
 from pathlib import Path
 
+import kit_answers
+
 from autograder import secret
 
 ROOT = Path(__file__).resolve().parents[1]
@@ -29,21 +29,10 @@ ROOT = Path(__file__).resolve().parents[1]
 PACKAGE = "src/roboloc"
 NOTEBOOKS = "notebooks"
 LICENCES = ("LICENSE", "LICENSE-text")
-REFERENCE = "src/roboloc_reference"
+# Where answers are: the reference, the problems with their hidden tests, hidden checks and known mistakes.
+ANSWERS = ("src/roboloc_reference", "solutions", "autograder/checks", "autograder/misconceptions")
 README = "tools/student_kit_readme.md"
 
-# A word of the grading side has no business in the kit, not even in a comment.
-MARKERS = (
-    "roboloc_reference",
-    "BEGIN SOLUTION",
-    "END SOLUTION",
-    "BEGIN HIDDEN TESTS",
-    "END HIDDEN TESTS",
-    "from autograder",
-    "import autograder",
-)
-# An expression of the reference with this many operators is an answer wherever it stands.
-OPERATORS = 4
 # A zip file cannot hold an earlier time than 1 January 1980.
 EARLIEST = 315532800
 
@@ -70,70 +59,6 @@ def source_date(root: Path, ref: str) -> int:
         command = ["git", "-C", str(root), "log", "-1", "--format=%ct", ref]
         told = subprocess.run(command, capture_output=True, check=True, text=True).stdout
     return max(int(told), EARLIEST)
-
-
-# ------------------------------------------------------------------------------------------------ answers
-
-
-def squash(text: str) -> str:
-    r"""Drop what does not tell one piece of code from another: white space, brackets and trailing commas.
-
-    >>> squash("a + (b\n   * c)") == squash("a+b*c")
-    True
-    """
-    return re.sub(r"[\s()\[\],]+", "", text)
-
-
-def answers(source: str) -> set[str]:
-    """Return the squashed pieces of a reference module that only someone who knows the answer writes.
-
-    They are the arithmetic expressions of at least `OPERATORS` operators, and every three statements on end;
-    statements that only check arguments are left out.
-    """
-    found = set()
-    for function in ast.walk(ast.parse(source)):
-        if not isinstance(function, ast.FunctionDef):
-            continue
-        body = [s for s in function.body if not isinstance(s, ast.Expr) and "as_" not in ast.unparse(s)]
-        for three in zip(body, body[1:], body[2:], strict=False):
-            found.add(squash("\n".join(map(ast.unparse, three))))
-        for node in ast.walk(function):
-            if (
-                isinstance(node, ast.BinOp)
-                and sum(isinstance(n, ast.BinOp) for n in ast.walk(node)) >= OPERATORS
-            ):
-                found.add(squash(ast.unparse(node)))
-    return found
-
-
-def without_comments(text: str) -> str:
-    """Drop comments, and all else from a hash to the end of a line."""
-    return re.sub(r"#.*", "", text)
-
-
-def readable_text(path: str, data: bytes) -> str:
-    """Return the text of a file; of a notebook, the sources of its cells, free of JSON's escapes."""
-    text = data.decode(errors="replace")
-    if not path.endswith(".ipynb"):
-        return text
-    cells = json.loads(text)["cells"]
-    return "\n".join("".join(cell["source"]) for cell in cells) + "\n" + text
-
-
-def find_leaks(files: dict[str, bytes], answer_set: set[str], secrets: tuple[str, ...] = ()) -> list[str]:
-    """Return one line for each trace of an answer, a marker or a secret in `files`."""
-    leaks = []
-    for path, data in sorted(files.items()):
-        text = readable_text(path, data)
-        leaks += [f"{path}: has the words '{marker}'" for marker in MARKERS if marker in text]
-        leaks += [f"{path}: has the course secret" for secret in secrets if secret in text]
-        squashed = squash(without_comments(text))
-        leaks += [
-            f"{path}: has an expression of the reference: {answer}"
-            for answer in answer_set
-            if answer in squashed
-        ]
-    return leaks
 
 
 def course_secrets(root: Path) -> tuple[str, ...]:
@@ -186,11 +111,8 @@ def collect(root: Path, ref: str) -> tuple[dict[str, bytes], str]:
     files["pyproject.toml"] = student_pyproject(project).encode()
     files["README.md"] = (ROOT / README).read_bytes()
     files[".gitignore"] = b".venv/\n__pycache__/\n*.egg-info/\n.ipynb_checkpoints/\nbuild/\ndist/\n"
-    reference = read_commit(root, ref, REFERENCE)
-    answer_set = set().union(
-        *(answers(data.decode()) for path, data in reference.items() if path.endswith(".py"))
-    )
-    leaks = find_leaks(files, answer_set, course_secrets(root))
+    answers = kit_answers.gather(read_commit(root, ref, *ANSWERS))
+    leaks = kit_answers.find_leaks(files, answers, course_secrets(root))
     if leaks:
         raise KitError("the kit would give answers away:\n  " + "\n  ".join(leaks))
     return files, project["version"]
