@@ -6,22 +6,32 @@ SHELL := bash
 .PHONY: setup course test lint book notebooks bench lab student-kit clean help
 
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
-BUILD_BOOK := jupyter-book build -W -n --keep-going .
+# What is newer than these is made again.
+BOOK := _build/.made
+NOTEBOOKS := build/.notebooks-made
+files = $(shell find $(1) -mindepth 1 -not -path '*/__pycache__*' -not -path '*/.ipynb_checkpoints*')
 
 setup: ## the environment and vendor files alone (every other target calls it)
 	@tools/setup.sh
 
 course: setup ## book, student notebooks, a sample class graded in the sandbox, feedback, grades.csv
-	python tools/notebooks.py
-	$(BUILD_BOOK)
+	@$(MAKE) --no-print-directory $(NOTEBOOKS) $(BOOK)
 	python tools/course.py
+
+$(NOTEBOOKS): $(call files,solutions notebooks book) tools/notebooks.py requirements.lock
+	python tools/notebooks.py
+	@touch $@
+
+$(BOOK): $(call files,book notebooks src) _config.yml _toc.yml requirements.lock package-lock.json
+	jupyter-book build -W -n --keep-going .
+	@touch $@
 
 test: lint ## everything CI runs
 	rm -rf build/fresh
 	python tools/notebooks.py --source build/fresh/source --output build/fresh/notebooks
 	diff -r -x .ipynb_checkpoints notebooks build/fresh/notebooks || \
 	  { echo 'notebooks/ is not what solutions/ gives: run make notebooks and commit'; exit 1; }
-	$(BUILD_BOOK)
+	@$(MAKE) --no-print-directory $(BOOK)
 	pytest -n 2 --dist loadfile
 	python tools/course.py
 
@@ -30,10 +40,10 @@ lint: setup ## ruff: rules and format
 	ruff format --check .
 
 book: setup ## the web book, _build/html/index.html
-	$(BUILD_BOOK)
+	@$(MAKE) --no-print-directory $(BOOK)
 
 notebooks: setup ## the student notebooks, notebooks/, from solutions/
-	python tools/notebooks.py
+	@$(MAKE) --no-print-directory $(NOTEBOOKS)
 
 bench: setup ## every speed claim, as a ratio against a named baseline
 	python -m benchmarks

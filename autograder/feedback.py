@@ -40,11 +40,20 @@ class LeakFreeFeedback(NbGraderPreprocessor):
                 cell.outputs = [
                     shown for output in cell.outputs if (shown := _shown(output, names)) is not None
                 ]
+            for output in cell.get("outputs", []):
+                _describe_pictures(output)
         notices = nb.metadata.get(NOTICE, [])
         if notices:
             text = "**Notes on this file**\n\n" + "\n".join(f"* {_plain(notice)}" for notice in notices)
             nb.cells.insert(0, new_markdown_cell(text))
         return nb, resources
+
+
+def _describe_pictures(output: Any) -> None:
+    """Give pictures without an alternative text one."""
+    for kind in ("image/png", "image/jpeg"):
+        if kind in output.get("data", {}) and not output.metadata.get("alt"):
+            output.metadata.setdefault(kind, {}).setdefault("alt", "figure that this cell drew")
 
 
 def _shown(output: Any, names: frozenset[str]) -> Any:

@@ -7,14 +7,13 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import nbformat
 from nbgrader import utils
 from nbgrader.api import Gradebook
 from nbgrader.preprocessors import Execute, NbGraderPreprocessor
 from traitlets import Bool, Float, Integer, List, Unicode, default
 
 from .execute import read_folder
-from .pool import Job, Pool
+from .pool import Job, Pool, pack, unpack
 from .repair import read_release
 from .roles import REVIEW
 from .sandbox import PACKAGES
@@ -90,7 +89,7 @@ class IsolatedExecute(NbGraderPreprocessor):
             problem = str(error)
         return Job(
             key=f"{info['student']}/{info['assignment']}/{info['notebook']}",
-            notebook=nbformat.writes(nb, version=4),
+            notebook=pack(nb),
             release={cell.name: cell.source for cell in released},
             files=files,
             limits=tuple(self.limits().to_list()),
@@ -109,7 +108,7 @@ class IsolatedExecute(NbGraderPreprocessor):
         if executed is None:
             with Pool(1) as pool:
                 executed = pool.submit(self.job(nb, resources)).result()
-        return nbformat.reads(executed, as_version=4), resources
+        return unpack(executed), resources
 
 
 class FlagForReview(NbGraderPreprocessor):

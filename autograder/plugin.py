@@ -65,6 +65,7 @@ def configure(c: Config) -> None:
     c.HTMLExporter.sanitize_html = True  # nothing of a submission may run in a reader's browser
     c.HTMLExporter.filters = {name: _load(f"autograder.sanitize.{name}") for name in PAGES}
     use_parallel_autograde()
+    use_feedback()
 
 
 def use_parallel_autograde() -> None:
@@ -76,6 +77,17 @@ def use_parallel_autograde() -> None:
 
     nbgrader.apps.api.Autograde = ParallelAutograde
     nbgrader.apps.autogradeapp.Autograde = ParallelAutograde
+
+
+def use_feedback() -> None:
+    """Put `Feedback` where the command line and the formgrader look for nbgrader's `GenerateFeedback`."""
+    import nbgrader.apps.api  # noqa: PLC0415
+    import nbgrader.apps.generatefeedbackapp  # noqa: PLC0415
+
+    from .exporter import Feedback  # noqa: PLC0415
+
+    nbgrader.apps.api.GenerateFeedback = Feedback
+    nbgrader.apps.generatefeedbackapp.GenerateFeedback = Feedback
 
 
 def _load(dotted: str) -> Any:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import atexit
 import hashlib
+import json
 import os
 import pickle
 import struct
@@ -16,12 +17,15 @@ import sys
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import IO
+from typing import IO, TYPE_CHECKING
 
 import nbformat
 
 from .sandbox import Sandbox, SandboxError
 from .worker.limits import Limits
+
+if TYPE_CHECKING:
+    from nbformat import NotebookNode
 
 ATTEMPTS = 2
 
@@ -35,7 +39,7 @@ class Job:
     key : str
         Student, assignment and notebook.
     notebook : str
-        The restored notebook, in JSON.
+        The restored notebook, as `pack` writes it.
     release : dict of str to str
         Released source by grade id.
     files : dict of str to tuple of (bytes, int)
@@ -76,6 +80,16 @@ class Job:
         }
 
 
+def pack(notebook: NotebookNode) -> str:
+    """Write a notebook for another process of ours: as it is, without validating it and without splitting lines."""
+    return json.dumps(notebook)
+
+
+def unpack(text: str) -> NotebookNode:
+    """Read what `pack` wrote."""
+    return nbformat.from_dict(json.loads(text))
+
+
 _sandboxes: dict[tuple, Sandbox] = {}
 
 
@@ -104,7 +118,8 @@ def execute(job: Job) -> str:
     Returns
     -------
     str
-        The executed notebook, in JSON. Where it could not be executed, every test cell says why and is flagged.
+        The executed notebook, as `pack` writes it. Where it could not be executed, every test cell says why and is
+        flagged.
 
     Raises
     ------
@@ -118,7 +133,7 @@ def execute(job: Job) -> str:
         return failed(job, job.problem)
     for attempt in range(ATTEMPTS):
         sandbox = _sandbox(job)
-        notebook = nbformat.reads(job.notebook, as_version=4)
+        notebook = unpack(job.notebook)
         try:
             with grading_run(run_id=job.run):
                 limits = Limits.from_list(list(job.limits))
@@ -133,7 +148,7 @@ def execute(job: Job) -> str:
         else:
             seconds = limits.notebook_cpu - execution.session.left
             notebook.metadata["grading"] = {**job.record(), "seconds": round(seconds, 2)}
-            return nbformat.writes(notebook, version=4)
+            return pack(notebook)
     raise AssertionError  # pragma: no cover
 
 
@@ -142,12 +157,12 @@ def failed(job: Job, reason: str) -> str:
     from .outputs import error  # noqa: PLC0415
     from .roles import REVIEW, role_of  # noqa: PLC0415
 
-    notebook = nbformat.reads(job.notebook, as_version=4)
+    notebook = unpack(job.notebook)
     for cell in notebook.cells:
         if cell.cell_type == "code" and role_of(cell) == "test":
             cell.metadata[REVIEW] = reason
             cell.outputs = [error("GraderError", f"a person will look at this cell: {reason}")]
-    return nbformat.writes(notebook, version=4)
+    return pack(notebook)
 
 
 def serve(source: IO[bytes], sink: IO[bytes]) -> None:
@@ -262,7 +277,7 @@ class Pool:
         Returns
         -------
         concurrent.futures.Future of str
-            The executed notebook, in JSON. Its exception is `SandboxError` where no sandbox can be had.
+            The executed notebook, as `pack` writes it. Its exception is `SandboxError` where no sandbox can be had.
         """
         return self._threads.submit(self._execute, job)
 

@@ -7,14 +7,18 @@ those of the same names in nbconvert, which the templates call.
 
 from __future__ import annotations
 
+import functools
 import re
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import bleach
 from jinja2 import pass_context
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 
 from .outputs import TAGS
+
+if TYPE_CHECKING:
+    from collections.abc import Callable
 
 _TAGS = TAGS | {"a", "del", "img"}
 _ATTRIBUTES = {"a": {"title"}, "th": {"align"}, "td": {"align"}}
@@ -25,6 +29,33 @@ _COLOUR = re.compile(
 )  # classes of highlighting
 # Commands of TeX with which MathJax reaches outside mathematics.
 _TEX_REACHES_OUT = re.compile(r"\\(?=(?:href|require|class|cssId|style|unicode|include|url)\b)")
+
+_NO_TEXT = re.compile(
+    r"<img(?![^>]*\salt=)"
+)  # in clean HTML: no sign of `>` stands before an alternative text
+SHORT = 20_000  # characters
+
+
+def remembered(function: Callable[[str], str]) -> Callable[[str], str]:
+    """Return the function, which remembers what it made of short texts: those of the instructor's cells come again.
+
+    Parameters
+    ----------
+    function : callable
+        Of a text alone.
+
+    Returns
+    -------
+    callable
+        The same function.
+    """
+    cached = functools.lru_cache(maxsize=512)(function)
+
+    @functools.wraps(function)
+    def call(text: str) -> str:
+        return cached(text) if len(text) <= SHORT else function(text)
+
+    return call
 
 
 def _allowed(tag: str, name: str, value: str) -> bool:
@@ -56,7 +87,13 @@ def clean_html(element: Any) -> str:
     '<p>3 mf()</p>'
     """
     text = element.decode("utf-8", "replace") if isinstance(element, bytes) else str(element)
-    return bleach.clean(text, tags=_TAGS, attributes=_allowed, strip=True, strip_comments=True)
+    return _clean(text)
+
+
+@remembered
+def _clean(text: str) -> str:
+    clean = bleach.clean(text, tags=_TAGS, attributes=_allowed, strip=True, strip_comments=True)
+    return _NO_TEXT.sub('<img alt="picture without a description"', clean)
 
 
 @pass_context
@@ -78,10 +115,18 @@ def markdown2html(context: Any, source: str) -> str:
     Examples
     --------
     >>> markdown2html({}, r"*Because* $\href{javascript:f()}{x}$ <img src=x onerror=f()>").strip()
-    '<p><em>Because</em> $href{javascript:f()}{x}$ <img></p>'
+    '<p><em>Because</em> $href{javascript:f()}{x}$ <img alt="picture without a description"></p>'
     """
     cell = context.get("cell") or {}
-    renderer = IPythonRenderer(
-        escape=False, attachments=cell.get("attachments", {}), exclude_anchor_links=True
-    )
+    attachments = cell.get("attachments", {})
+    return _from_markdown(source, attachments) if attachments else _markdown(source)
+
+
+@remembered
+def _markdown(source: str) -> str:
+    return _from_markdown(source, {})
+
+
+def _from_markdown(source: str, attachments: dict[str, Any]) -> str:
+    renderer = IPythonRenderer(escape=False, attachments=attachments, exclude_anchor_links=True)
     return clean_html(MarkdownWithMath(renderer=renderer).render(_TEX_REACHES_OUT.sub("", source)))

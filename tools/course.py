@@ -53,8 +53,8 @@ c.CourseDirectory.release_directory = "release"
 c.CourseDirectory.db_url = "sqlite:///gradebook.db"
 c.Application.log_level = "WARN"
 # Samples that never end run to their limits: here those need not be as generous as for a class.
-c.IsolatedExecute.call_cpu = 2.0
-c.IsolatedExecute.cell_cpu = 6.0
+c.IsolatedExecute.call_cpu = 1.0
+c.IsolatedExecute.cell_cpu = 5.0
 '''
 
 

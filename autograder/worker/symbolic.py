@@ -1,7 +1,7 @@
 """Numbers out of a SymPy expression.
 
 An expression is asked for at several points, so it is made a function of mpmath's numbers, once. Where that fails, or
-its value is not finite, SymPy's own `evalf` has the last word: it takes longer, and finds more digits where they cancel.
+its value is not finite, SymPy's own `evalf` has the last word: it takes longer, and more digits where they cancel.
 """
 
 from __future__ import annotations

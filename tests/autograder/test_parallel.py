@@ -17,7 +17,7 @@ from nbgrader.converters.base import NbGraderException
 from temporary_course import ASSIGNMENT, GRADED, SQUARE, Course, environment
 
 from autograder.parallel import MARKER, ParallelAutograde
-from autograder.pool import Job, Pool
+from autograder.pool import Job, Pool, pack
 from autograder.sandbox import PACKAGES
 from autograder.worker.limits import Limits
 
@@ -277,7 +277,7 @@ def job(course, *more):
     for node in notebook.cells:
         if node.metadata.get("nbgrader", {}).get("locked"):
             node.source = sources[node.metadata.nbgrader.grade_id]
-    return Job("pool", nbformat.writes(notebook), {}, {}, tuple(Limits().to_list()), PACKAGES)
+    return Job("pool", pack(notebook), {}, {}, tuple(Limits().to_list()), PACKAGES)
 
 
 def errors(text):

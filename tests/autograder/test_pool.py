@@ -16,7 +16,7 @@ import pytest
 from nbgrader.utils import determine_grade
 
 from autograder import pool as pool_
-from autograder.pool import Job, Pool, failed
+from autograder.pool import Job, Pool, failed, pack
 from autograder.roles import REVIEW
 from autograder.sandbox import SandboxError
 
@@ -28,8 +28,7 @@ def job(build_notebook, limits):
     def make(*cells, **fields):
         notebook, release = build_notebook(cells)
         given = {"key": "s/a/n", "files": {}, "packages": ("ipython", "msgpack", "numpy"), **fields}
-        text = nbformat.writes(notebook, version=4)
-        return Job(notebook=text, release=release, limits=tuple(limits.to_list()), **given)
+        return Job(notebook=pack(notebook), release=release, limits=tuple(limits.to_list()), **given)
 
     return make
 
