@@ -2,20 +2,12 @@
 
 from __future__ import annotations
 
-import os
-import re
-import subprocess
-import sys
-import time
-from pathlib import Path
-
 import pytest
 from browser.browser import visit
+from browser.formgrader import READY, SCREENSHOTS, local, page, serve, submission
 from nbgrader.api import Gradebook
-from temporary_course import ASSIGNMENT, NOTEBOOK, Course, environment
+from temporary_course import ASSIGNMENT, NOTEBOOK, Course
 
-SCREENSHOTS = Path(__file__).resolve().parents[2] / "build" / "screenshots"
-TOKEN = "formgrader-test"  # noqa: S105  (of a server that lives for one test)
 STOLEN = "document.documentElement.dataset.stolen = 'yes'"
 ATTACK = f"""The square grows with the **square**.
 
@@ -27,10 +19,7 @@ ATTACK = f"""The square grows with the **square**.
 [another](javascript:{STOLEN.replace(" ", "")})
 """
 OUTPUT = f"from IPython.display import HTML, display\ndisplay(HTML({ATTACK!r}))"
-READY = """
-const pause = (milliseconds) => new Promise((done) => setTimeout(done, milliseconds));
-const until = async (what) => { for (let i = 0; i < 200 && !what(); i++) await pause(50); };
-await until(() => window.formgrader?.grades?.loaded && formgrader.comments?.loaded);
+CLICK = """
 const links = [...document.querySelectorAll("#notebook a[href]")];
 for (const a of links) if (!/^(#|http)/.test(a.getAttribute("href"))) a.click();
 await pause(300);
@@ -66,53 +55,9 @@ def course(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def server(course, tmp_path_factory):
-    """Serve the course on a free port of this machine, with nothing of this user's own configuration."""
-    folder = tmp_path_factory.mktemp("jupyter")
-    variables = {f"JUPYTER_{kind}_DIR": str(folder / kind.lower()) for kind in ("CONFIG", "DATA", "RUNTIME")}
-    arguments = [
-        "--ip=127.0.0.1", "--port=0", "--no-browser", f"--IdentityProvider.token={TOKEN}",
-        f"--ServerApp.root_dir={course.root}",
-        "--ServerApp.jpserver_extensions={'nbgrader.server_extensions.formgrader': True}",
-        *(["--allow-root"] if os.geteuid() == 0 else []),
-    ]  # fmt: skip
-    log = folder / "log"
-    with log.open("w") as sink:
-        process = subprocess.Popen(
-            [sys.executable, "-m", "jupyter_server", *arguments],
-            cwd=course.root, env=environment(**variables, HOME=str(folder)), stdin=subprocess.DEVNULL, stdout=sink,
-            stderr=sink,
-        )  # fmt: skip
-    try:
-        end = time.monotonic() + 90
-        while not (found := re.search(r"http://127\.0\.0\.1:(\d+)/", log.read_text())):
-            assert process.poll() is None, log.read_text()
-            assert time.monotonic() < end, log.read_text()
-            time.sleep(0.1)
-        yield f"http://127.0.0.1:{found[1]}"
-    finally:
-        process.terminate()
-        try:
-            process.wait(20)
-        except subprocess.TimeoutExpired:
-            process.kill()
-            process.wait()
-    assert "Traceback" not in log.read_text()
-
-
-def submission(course, student):
-    """Return the id under which the formgrader shows a notebook."""
-    with Gradebook(course.db_url) as gradebook:
-        return gradebook.find_submission_notebook(NOTEBOOK, ASSIGNMENT, student).id
-
-
-def page(server, path, **more):
-    """Describe a visit."""
-    return {"url": f"{server}/login?token={TOKEN}&next=/formgrader/{path}"} | more
-
-
-def local(report):
-    """Return the requests of a visit that were answered by the server itself, and failed."""
-    return [r for r in report["requests"] if r["failure"] and r["url"].startswith("http://127.0.0.1")]
+    """Serve the course."""
+    with serve(course, tmp_path_factory.mktemp("jupyter")) as address:
+        yield address
 
 
 def test_list_of_assignments(server):
@@ -133,7 +78,7 @@ def test_manual_grading(course, server):
     """The honest answer is shown with its scores; a score typed on the page is in the gradebook."""
     assert course.rows()["honest"]["why"] == (None, True)
     visits = [
-        page(server, f"submissions/{submission(course, 'honest')}", wait="input#why", run=READY + TYPE + SHOWN,
+        page(server, f"submissions/{submission(course, 'honest')}", wait="input#why", run=READY + CLICK + TYPE + SHOWN,
              screenshot=str(SCREENSHOTS / "formgrader-honest.png"), full=True),
     ]  # fmt: skip
     (report,) = visit(visits, parallel=1)
@@ -150,7 +95,7 @@ def test_no_script_of_a_student_runs(course, server, tmp_path):
     plain = tmp_path / "plain.html"
     plain.write_text(f"<!doctype html><html lang='en'><title>x</title><body>{ATTACK}", encoding="utf-8")
     visits = [
-        page(server, f"submissions/{submission(course, 'attacker')}", wait="input#why", run=READY + SHOWN,
+        page(server, f"submissions/{submission(course, 'attacker')}", wait="input#why", run=READY + CLICK + SHOWN,
              screenshot=str(SCREENSHOTS / "formgrader-attacker.png"), full=True),
         {"url": plain.as_uri(), "run": "return document.documentElement.dataset.stolen"},
     ]  # fmt: skip
