@@ -1,11 +1,24 @@
 """What all shells share: finding a stage, calling it, and checking what it returns."""
 
 from collections.abc import Mapping
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
 from roboloc.validation import as_array
+
+NOTEBOOKS = MappingProxyType(
+    {
+        "compute_dynamics": "motion-model",
+        "transition_update": "motion-model",
+        "compute_predicted_measurements": "line-measurements",
+        "compute_innovations": "association-and-update",
+        "measurement_model": "association-and-update",
+        "measurement_update": "association-and-update",
+    }
+)
+"""The notebook in which each stage is written."""
 
 
 class MissingStageError(NotImplementedError):
@@ -36,9 +49,11 @@ class Shell:
         try:
             values = stage(*arguments)
         except NotImplementedError as error:
-            raise MissingStageError(f"stage {name}: not written yet") from error
+            raise MissingStageError(f"stage {name}: not written yet{_where(name)}") from error
         if values is None:
-            raise MissingStageError(f"stage {name}: returns None, so it is not written yet or lacks a return")
+            raise MissingStageError(
+                f"stage {name}: returns None: not written yet, or without return{_where(name)}"
+            )
         if not isinstance(values, tuple | list) or len(values) != len(results):
             got = f"{len(values)} values" if isinstance(values, tuple | list) else type(values).__name__
             raise ValueError(f"stage {name}: expected {', '.join(results)}, got {got}")
@@ -50,6 +65,11 @@ class Shell:
             sizes |= {e: size for e, size in zip(letters, array.shape, strict=True) if isinstance(e, str)}
             found.append(array)
         return tuple(found)
+
+
+def _where(name: str) -> str:
+    """Say in which notebook a stage is written, where that is known."""
+    return f" (it is written in the notebook {NOTEBOOKS[name]})" if name in NOTEBOOKS else ""
 
 
 def _filled(value: Any, shape: tuple) -> Any:
