@@ -18,5 +18,5 @@ def test_an_unwritten_stage_names_its_notebook(stage):
 def test_a_stage_of_no_notebook_is_only_missing():
     """A name that no notebook writes gets no pointer."""
     assert "helper" not in NOTEBOOKS
-    with pytest.raises(MissingStageError, match="not written yet$"):
+    with pytest.raises(MissingStageError, match=r"not written yet$"):
         Shell({"helper": unwritten})._call("helper", {})
