@@ -15,15 +15,15 @@ A log is a NumPy file, ``.npz``, of plain arrays.
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from importlib import resources
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboloc.validation import as_array, as_covariance
+from roboloc.validation import as_array, as_covariance, as_number
 
 _DATA = resources.files("roboloc") / "data"
 
@@ -212,6 +212,61 @@ class Log:
         if times.size and not first <= times.min() <= times.max() <= last:
             raise ValueError(f"times: expected within {first} and {last}, got {times.min()} to {times.max()}")
         return np.stack([np.interp(times, self.truth_times, column) for column in self.truth.T], axis=1)
+
+    def until(self, time: float) -> "Log":
+        """Return the run up to a time: the controls and scans before it, and the truth as it is.
+
+        Parameters
+        ----------
+        time : float
+            Where to cut [s], after the first control.
+
+        Returns
+        -------
+        Log
+            The beginning of the run.
+
+        Examples
+        --------
+        Ten seconds of the maze hold about sixty scans.
+
+        >>> len(load("maze").until(10.0).scans)
+        60
+        """
+        time = as_number("time", time)
+        n, k = (int(np.searchsorted(times, time)) for times in (self.control_times, self.scan_times))
+        names = ("scan_times", "scans", "z_raw", "Q_raw")
+        kept = {name: getattr(self, name)[:k] for name in names}
+        return self.changed(control_times=self.control_times[:n], controls=self.controls[:n], **kept)
+
+    def changed(self, **arrays: Any) -> "Log":
+        """Return the same run with some arrays replaced, to see what a filter makes of it.
+
+        Parameters
+        ----------
+        **arrays
+            New arrays by the names of their attributes.
+
+        Returns
+        -------
+        Log
+            The other run.
+
+        Raises
+        ------
+        ValueError
+            If an array has another shape or is not finite.
+
+        Examples
+        --------
+        A robot whose wheels slip drives less far than its controls say.
+
+        >>> log = load("maze")
+        >>> slips = log.changed(controls=1.1 * log.controls)
+        >>> bool(slips.controls[0, 0] > log.controls[0, 0])
+        True
+        """
+        return replace(self, **arrays)
 
     def write(self, path: str | Path) -> None:
         """Write the log to a file, compressed; the same log gives the same bytes.
