@@ -1,18 +1,16 @@
 r"""A planar lidar: rays from a scanner to the nearest wall.
 
 With the scanner at the origin, a wall from a to b lies on the line n . p = r, where n = (b_y - a_y, a_x - b_x)
-and r = n . a. A ray in the direction d meets that line at the distance
+and r = n . a. A ray in the direction d meets that line at the distance rho, and it meets the wall itself if d
+points between a and b:
 
-.. math:: \rho = \frac{r}{n \cdot d},
+.. math:: \frac{1}{\rho} = \frac{n \cdot d}{r}, \quad \frac{a \times d}{r} \ge 0, \quad \frac{d \times b}{r} \ge 0.
 
-and it meets the wall itself if d points between a and b. If a and b are named so that r is positive, as seen
-from the scanner b is to the left of a, and that is
-
-.. math:: a \times d \ge 0, \quad d \times b \ge 0.
-
-All three quantities, 1 / rho for the first, are linear in d, so each is one product of matrices for all walls
-and rays, and the nearest wall is the one with the largest 1 / rho. Walls out of reach are left out before. A
-wall seen exactly edge-on has no width and is not seen.
+The division by r makes no difference between a wall whose b is to the left of a and one the other way round.
+All three are linear in d, so each is one product of matrices for all walls and rays. The conditions multiplied
+by a large number, the least of the three is 1 / rho where the wall is met and not positive elsewhere, and the
+largest over the walls belongs to the nearest. Walls out of reach are left out before. A wall seen exactly
+edge-on has no width and is not seen.
 
 Noise: the beam leaves at its nominal bearing plus an error, its range is read with an error, and now and then
 nothing comes back. What is not seen is NaN.
@@ -32,8 +30,24 @@ from roboloc.angles import TURN
 from roboloc.validation import as_array, as_floats, as_number
 from roboloc.worlds import World
 
-# A ray that passes the end of a wall by less than this [m] meets the wall, so that none slips through a corner.
-_TOUCH = 1e-12
+# By this share of its length a wall is longer at either end than it is, so that no ray slips through a corner.
+_LONGER = 1e-9
+
+# What makes the two conditions larger than 1 / rho wherever they are above rounding.
+_STEEP = 1e12
+
+# What the ends (a_x, a_y, b_x, b_y) of a wall, times this, make: its three linear forms in d, two numbers each:
+# n, a x d and d x b.
+_FORMS = np.array(
+    [
+        [0.0, 1.0, 0.0, 1.0, 0.0, 0.0],
+        [-1.0, 0.0, -1.0, 0.0, 0.0, 0.0],
+        [0.0, -1.0, 0.0, 0.0, 0.0, -1.0],
+        [1.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    ]
+)
+_ENDS = np.kron([[1.0 + _LONGER, -_LONGER], [-_LONGER, 1.0 + _LONGER]], np.eye(2))
+_FORMS[:, 2:] = _STEEP * _ENDS @ _FORMS[:, 2:]
 
 
 def cast_rays(segments: ArrayLike, pose: ArrayLike, bearings: ArrayLike, max_range: float) -> np.ndarray:
@@ -83,22 +97,26 @@ def cast_rays(segments: ArrayLike, pose: ArrayLike, bearings: ArrayLike, max_ran
 
     ends = segments - np.array([x, y, x, y])
     a, b = ends[:, :2], ends[:, 2:]
-    ax, ay, bx, by = ends.T
-    r = ax * by - ay * bx
-    near = (np.minimum(a, b) < max_range) & (np.maximum(a, b) > -max_range)
-    keep = near.all(axis=1) & (r != 0.0)
-    ax, ay, bx, by, r = ax[keep], ay[keep], bx[keep], by[keep], r[keep]
-    turn = np.sign(r)  # -1 where b is to the right of a, which is as if they were named the other way round
+    near = np.minimum(a, b) < max_range
+    near &= np.maximum(a, b) > -max_range
+    ends = ends[near[:, 0] & near[:, 1]]
+    forms = ends @ _FORMS
+    r = ends[:, 0] * forms[:, 0] + ends[:, 1] * forms[:, 1]
+    r[r == 0.0] = np.inf  # edge-on
+    forms /= r[:, None]
+    d = np.empty((2, bearings.size))
     phi = theta + bearings
-    d = np.array([np.cos(phi), np.sin(phi)])
+    np.cos(phi, out=d[0])
+    np.sin(phi, out=d[1])
 
-    inverse_rho = np.array([(by - ay) / r, (ax - bx) / r]).T @ d
-    a_cross_d = np.array([-turn * ay, turn * ax]).T @ d
-    d_cross_b = np.array([turn * by, -turn * bx]).T @ d
-    inverse_rho *= np.minimum(a_cross_d, d_cross_b) >= -_TOUCH
-    nearest = inverse_rho.max(axis=0, initial=0.0)
+    inverse_rho = forms[:, :2] @ d
+    condition = forms[:, 2:4] @ d
+    np.minimum(inverse_rho, condition, out=inverse_rho)
+    np.matmul(forms[:, 4:], d, out=condition)
+    np.minimum(inverse_rho, condition, out=inverse_rho)
+    nearest = np.maximum.reduce(inverse_rho, axis=0, initial=0.0)
     nearest[nearest < 1.0 / max_range] = np.nan
-    return 1.0 / nearest
+    return np.divide(1.0, nearest, out=nearest)
 
 
 @dataclass(frozen=True, eq=False)
