@@ -96,6 +96,7 @@ class IsolatedExecute(NbGraderPreprocessor):
             packages=tuple(self.packages),
             hidden=(str(Path.cwd().resolve()), str(Path(__file__).resolve().parents[1])),
             problem=problem,
+            nothing=info.get("unreadable", ""),
             run=self.run_id,
             warm=self.warm_up,
         )

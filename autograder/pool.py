@@ -21,6 +21,7 @@ from typing import IO, TYPE_CHECKING
 
 import nbformat
 
+from .roles import REVIEW, role_of
 from .sandbox import Sandbox, SandboxError
 from .worker.limits import Limits
 
@@ -50,6 +51,8 @@ class Job:
         See `sandbox.Sandbox`.
     problem : str
         Why it cannot be executed at all; empty where it can.
+    nothing : str
+        Why there is nothing of a student's to execute: no file, or none that can be read. Empty where there is.
     run : str
         The run of the grader, for the reports.
     warm : bool
@@ -64,6 +67,7 @@ class Job:
     packages: tuple[str, ...]
     hidden: tuple[str, ...] = ()
     problem: str = ""
+    nothing: str = ""
     run: str = ""
     warm: bool = True
 
@@ -131,6 +135,8 @@ def execute(job: Job) -> str:
 
     if job.problem:
         return failed(job, job.problem)
+    if job.nothing:
+        return unexecuted(job)
     for attempt in range(ATTEMPTS):
         sandbox = _sandbox(job)
         notebook = unpack(job.notebook)
@@ -154,15 +160,28 @@ def execute(job: Job) -> str:
 
 def failed(job: Job, reason: str) -> str:
     """Return a notebook whose test cells are all flagged with a reason."""
-    from .outputs import error  # noqa: PLC0415
-    from .roles import REVIEW, role_of  # noqa: PLC0415
-
     notebook = unpack(job.notebook)
-    for cell in notebook.cells:
-        if cell.cell_type == "code" and role_of(cell) == "test":
-            cell.metadata[REVIEW] = reason
-            cell.outputs = [error("GraderError", f"a person will look at this cell: {reason}")]
+    for cell in _fail(notebook, "GraderError", f"a person will look at this cell: {reason}"):
+        cell.metadata[REVIEW] = reason
     return pack(notebook)
+
+
+def unexecuted(job: Job) -> str:
+    """Return a notebook in whose place nothing was handed in that could be executed: each test cell says so."""
+    notebook = unpack(job.notebook)
+    _fail(notebook, "NothingHandedIn", job.nothing)
+    notebook.metadata["grading"] = {**job.record(), "seconds": 0.0}
+    return pack(notebook)
+
+
+def _fail(notebook: NotebookNode, name: str, text: str) -> list[NotebookNode]:
+    """Give the test cells of a notebook an error, and return them."""
+    from .outputs import error  # noqa: PLC0415
+
+    cells = [cell for cell in notebook.cells if cell.cell_type == "code" and role_of(cell) == "test"]
+    for cell in cells:
+        cell.outputs = [error(name, text)]
+    return cells
 
 
 def serve(source: IO[bytes], sink: IO[bytes]) -> None:

@@ -177,3 +177,15 @@ def test_serve_writes_one_answer_for_each_job(job, monkeypatch):
         answers.append(rest[4 : 4 + length])
         rest = rest[4 + length :]
     assert answers == [b"+first", b"-none to be had", b"+third"]
+
+
+def test_where_nothing_was_handed_in_nothing_runs(job, monkeypatch):
+    """A file that is missing costs no sandbox: each test cell says so, scores 0, and waits for nobody."""
+    monkeypatch.setattr(pool_, "Sandbox", None)
+    notebook = pool_.unpack(pool_.execute(job(RIGHT, TEST, nothing="no file set.ipynb was handed in")))
+    answer, test = notebook.cells
+    assert answer.outputs == []
+    assert [output.evalue for output in test.outputs] == ["no file set.ipynb was handed in"]
+    assert REVIEW not in test.metadata
+    assert determine_grade(test) == (0, 2)
+    assert notebook.metadata.grading.seconds == 0
