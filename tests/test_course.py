@@ -26,6 +26,7 @@ for tool in ("notebooks", "sample_class", "course_report"):
     load(tool)
 course, report = load("course"), load("course_report")
 Result = course.Result
+NUMBERS = report.hidden_numbers("a course")
 
 
 @pytest.fixture
@@ -132,7 +133,6 @@ def test_hidden_numbers_are_recognised_as_they_are_printed():
 @pytest.fixture
 def graded(tmp_path):
     """Make a small graded course and return its folder, source and a function that writes a feedback page."""
-    (tmp_path / report.FILE).write_text("a course\n")
     source = new_notebook(
         cells=[
             new_code_cell("# seen\n### BEGIN HIDDEN TESTS\nassert answer == 42\n### END HIDDEN TESTS"),
@@ -171,8 +171,8 @@ def graded(tmp_path):
 def test_each_leak_is_named(graded, html, printed, words):
     """Hidden tests or numbers in feedback, a script of a student's and a place reached give a line each."""
     folder, source, write = graded
-    write("eve", html.format(number=max(report.hidden_numbers("a course")) + "12"), printed)
-    (line,) = report.leaks(folder, "set", "one", ["perfect", "eve"], source)
+    write("eve", html.format(number=max(NUMBERS) + "12"), printed)
+    (line,) = report.leaks(folder, "set", "one", ["perfect", "eve"], source, NUMBERS)
     assert line.startswith("eve: ")
     assert words in line
 
@@ -181,11 +181,11 @@ def test_no_leak_and_no_feedback_are_told_apart(graded):
     """Harmless feedback gives no line; a student without any gives one, and so does nothing to look for."""
     folder, source, write = graded
     write("bob", "<script>usual()</script><code># seen</code><p>Why is\nit so?</p>")
-    assert report.leaks(folder, "set", "one", ["perfect", "bob"], source) == []
-    assert report.leaks(folder, "set", "one", ["perfect", "eve"], source) == [
+    assert report.leaks(folder, "set", "one", ["perfect", "bob"], source, NUMBERS) == []
+    assert report.leaks(folder, "set", "one", ["perfect", "eve"], source, NUMBERS) == [
         "eve: expected feedback, got none"
     ]
-    assert report.leaks(folder, "set", "one", ["perfect"], new_notebook()) == [
+    assert report.leaks(folder, "set", "one", ["perfect"], new_notebook(), NUMBERS) == [
         "there is nothing hidden to look for"
     ]
 
@@ -233,3 +233,30 @@ def test_commands_run_beside_the_body_and_are_waited_for(tmp_path):
         course.running(tmp_path, ["generate_assignment", "nothing"]),
     ):
         pass
+
+
+def test_results_are_compared_with_the_table_of_each_notebook(monkeypatch):
+    """Each notebook has its own table; who handed in nothing of one must have rows there, of no points."""
+    sample = course.sample_class.Sample
+    students = {
+        "ada": {"one": sample("ada", ""), "two": sample("eve", "")},
+        "bob": {"one": sample("bob", "")},
+    }
+    tables = {
+        "one": {"ada": Result({"a": "1"}), "bob": Result({"a": "2"})},
+        "two": {"eve": Result({"b": "3"})},
+    }
+    monkeypatch.setattr(course, "read_expected", lambda path: dict(tables[path.parent.name]))
+    found = {
+        "one": {"ada": Result({"a": "1"}), "bob": Result({"a": "2"})},
+        "two": {"eve": Result({"b": "3"}), "bob": Result({"b": "0"})},
+    }
+    assert course.compare(students, found) == []
+    found["two"]["bob"] = Result({"b": "1"})
+    found["one"]["ada"] = Result({"a": "0"})
+    assert course.compare(students, found) == [
+        "one: ada, a: expected 1, got 0",
+        "two: bob, b: expected 0, got 1",
+    ]
+    del found["two"]["bob"]
+    assert "two: bob: expected in the gradebook, got no such student" in course.compare(students, found)

@@ -1,6 +1,7 @@
 """The sample class: its table is whole, its students hand in what their files say."""
 
 import ast
+import functools
 import importlib.util
 import re
 import sys
@@ -16,8 +17,8 @@ from autograder.misconceptions import MISCONCEPTIONS
 
 ROOT = Path(__file__).resolve().parents[1]
 FOLDERS = sorted(folder for folder in (ROOT / "samples").glob("*/*") if folder.is_dir())
+MOTION = ROOT / "samples" / "ekf-localization" / "motion-model"
 PLACES = {"repository": "/repository", "course": "/course", "port": "1"}
-KINDS = ("perfect", "blank", "alternative-", "mistake-", "several-")
 
 
 def load(name):
@@ -34,6 +35,7 @@ load("notebooks")
 sample_class = load("sample_class")
 load("course_report")
 course = load("course")
+Sample = sample_class.Sample
 
 
 def release(folder):
@@ -41,19 +43,40 @@ def release(folder):
     return nbformat.read(ROOT / "notebooks" / folder.parent.name / f"{folder.name}.ipynb", as_version=4)
 
 
-@pytest.fixture(scope="module")
-def answers(tmp_path_factory):
+@functools.cache
+def source(folder):
+    """Return the source of the notebook that a folder of samples belongs to."""
+    notebooks = load("notebooks")
+    path = ROOT / "solutions" / folder.parent.name / f"{folder.name}.md"
+    return notebooks.name_cells(notebooks.splice(notebooks.read(path), ROOT))
+
+
+def cells(folder):
+    """Return the cells of the graded functions of a folder's notebook by stage."""
+    return sample_class.stage_cells(source(folder))
+
+
+def class_of(folder):
+    """Return the samples of a folder's notebook by name."""
+    return {sample.name: sample for sample in sample_class.sample_class(folder, cells(folder))}
+
+
+def titles(folder):
+    """Return the names of the mistakes that can be made in a folder's notebook, by name."""
+    text = "".join(cell.source for cell in source(folder).cells)
+    return {item.name: item for item in MISCONCEPTIONS if f'"{item.stage}"' in text}
+
+
+@pytest.fixture
+def answers():
     """Return the right answers of the motion-model notebook by cell."""
-    folder = tmp_path_factory.mktemp("source")
-    load("notebooks").build_sources(ROOT / "solutions", folder)
-    source = nbformat.read(folder / "ekf-localization" / "motion-model.ipynb", as_version=4)
-    return sample_class.solutions(source)
+    return sample_class.solutions(source(MOTION))
 
 
 @pytest.fixture(scope="module")
 def released():
     """Return the released motion-model notebook."""
-    return release(ROOT / "samples" / "ekf-localization" / "motion-model")
+    return release(MOTION)
 
 
 def hand_in(sample, released, answers):
@@ -70,8 +93,8 @@ def grade_ids(notebook):
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
 def test_table_lists_every_student_and_every_grade_cell(folder):
     """The table of a notebook has a line for each student and a column for each cell that has points or is marked."""
-    expected = course.read_expected(folder.parent / "expected.csv")
-    assert sorted(expected) == [sample.name for sample in sample_class.sample_class(folder)]
+    expected = course.read_expected(folder / "expected.csv")
+    assert sorted(expected) == list(class_of(folder))
     graded = [c for c in release(folder).cells if (m := c.metadata.get("nbgrader")) and (m.grade or m.task)]
     points = {cell.metadata.nbgrader["grade_id"]: cell.metadata.nbgrader["points"] for cell in graded}
     for name, result in expected.items():
@@ -80,45 +103,68 @@ def test_table_lists_every_student_and_every_grade_cell(folder):
             assert score == course.MANUAL or 0 <= float(score) <= points[cell], (name, cell)
 
 
-def students():
-    """Return the students of the motion-model notebook by name."""
-    folder = ROOT / "samples" / "ekf-localization" / "motion-model"
-    return {sample.name: sample for sample in sample_class.sample_class(folder)}
-
-
-def diagnoses():
+def diagnoses(folder):
     """Return the mistakes that the table lists for each ``mistake-`` student."""
-    expected = course.read_expected(ROOT / "samples" / "ekf-localization" / "expected.csv")
+    expected = course.read_expected(folder / "expected.csv")
     return {
         name: result.diagnosis.split("; ") for name, result in expected.items() if name.startswith("mistake-")
     }
 
 
-def test_every_misconception_has_a_student():
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
+def test_every_misconception_has_a_student(folder):
     """Each wrong version that the grader knows is the expected diagnosis of exactly one student beside others'."""
-    listed = [title for titles in diagnoses().values() for title in titles]
-    assert sorted(listed) == sorted({item.name for item in MISCONCEPTIONS})
+    listed = [title for titles in diagnoses(folder).values() for title in titles]
+    assert sorted(listed) == sorted(titles(folder))
 
 
-def test_every_misconception_is_handed_in():
+def test_every_misconception_belongs_to_a_notebook():
+    """No wrong version is without a notebook whose samples make the mistake."""
+    assert {name for folder in FOLDERS for name in titles(folder)} == {item.name for item in MISCONCEPTIONS}
+
+
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
+def test_every_misconception_is_handed_in(folder):
     """The mistakes that the table lists are those in the student's cells, and there is no other wrong cell."""
-    folder = ROOT / "samples" / "ekf-localization" / "motion-model"
     texts = [sample_class.read_sample(path) for path in folder.glob("mistake-*.md")]
-    for name, titles in diagnoses().items():
-        items = {item.name: item for item in MISCONCEPTIONS if item.name in titles}
+    known = titles(folder)
+    for name, listed in diagnoses(folder).items():
         wrong = {
-            sample_class.CELLS[item.stage]: sample_class.student_source(item)
-            for item in items.values()
-            if item.stage in sample_class.CELLS
+            cells(folder)[item.stage]: sample_class.student_source(item)
+            for title in listed
+            if (item := known[title]).stage in cells(folder)
         }
-        on_wheels = [title for title in titles if items[title].stage not in sample_class.CELLS]
+        symbolic = [title for title in listed if known[title].stage not in cells(folder)]
         files = [sample for sample in texts if sample.student == name]
-        assert len(on_wheels) == len(files) <= 1, name
-        for sample, title in zip(files, on_wheels, strict=True):
-            assert title.replace(" ", "-").startswith(sample.name.removeprefix("mistake-")), name
+        assert len(symbolic) == len(files), name
+        for sample in files:
+            slug = sample.name.removeprefix("mistake-")
+            assert any(re.sub(r"[^a-z0-9]+", "-", title.lower()).startswith(slug) for title in symbolic), name
             wrong |= sample.cells
-        assert students()[name].cells == wrong
-    assert {sample.student for sample in texts} <= diagnoses().keys()
+        assert class_of(folder)[name].cells == wrong
+    assert {sample.student for sample in texts} <= diagnoses(folder).keys()
+
+
+def test_samples_are_dealt_to_students():
+    """A student has one sample of each notebook, of the own name or kind; what is left over is a student's own."""
+    one = [Sample(name, "") for name in ("alternative-a", "blank", "mistake-a", "mistake-b", "odd")]
+    two = [Sample(name, "") for name in ("blank", "mistake-c", "mistake-d", "perfect")]
+    dealt = sample_class.deal({"two": two, "one": one})
+    assert {who: {name: sample.name for name, sample in has.items()} for who, has in dealt.items()} == {
+        "alternative-a": {"one": "alternative-a"},
+        "blank": {"one": "blank", "two": "blank"},
+        "mistake-a": {"one": "mistake-a", "two": "mistake-c"},
+        "mistake-b": {"one": "mistake-b", "two": "mistake-d"},
+        "odd": {"one": "odd"},
+        "perfect": {"two": "perfect"},
+    }
+
+
+def test_cells_of_stages_are_read_off_the_test_cells():
+    """Each graded function has the cell in which the student writes it."""
+    assert cells(MOTION) == {
+        "motion.compute_dynamics": "dynamics", "gaussian.transition_update": "transition",
+    }  # fmt: skip
 
 
 def test_a_cell_has_one_writer_who_is_in_the_class(tmp_path):
@@ -127,44 +173,45 @@ def test_a_cell_has_one_writer_who_is_in_the_class(tmp_path):
     cell = "# More\n\nText.\n\n```{cell} dynamics\npass\n```\n"
     path.write_text(f"---\nstudent: nobody\n---\n{cell}")
     with pytest.raises(ValueError, match="more: expected a student of the class, got nobody"):
-        sample_class.sample_class(tmp_path)
+        sample_class.sample_class(tmp_path, cells(MOTION))
     path.write_text(f"---\nstudent: mistake-euler-step\n---\n{cell}")
     with pytest.raises(
         ValueError, match="mistake-euler-step: expected one answer to dynamics, got more's as"
     ):
-        sample_class.sample_class(tmp_path)
+        sample_class.sample_class(tmp_path, cells(MOTION))
     path.write_text(f"---\nstudent: mistake-euler-step\nrest: release\n---\n{cell}")
     with pytest.raises(ValueError, match=r"more\.md: expected no option beside student"):
-        sample_class.sample_class(tmp_path)
+        sample_class.sample_class(tmp_path, cells(MOTION))
 
 
-def test_who_loses_points_and_who_does_not():
+@pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
+def test_who_loses_points_and_who_does_not(folder):
     """Right ways of writing get everything, mistakes cost something, and students who attack earn nothing by it."""
-    expected = course.read_expected(ROOT / "samples" / "ekf-localization" / "expected.csv")
+    expected = course.read_expected(folder / "expected.csv")
     totals = {
         name: sum(float(score) for score in result.scores.values() if score != course.MANUAL)
         for name, result in expected.items()
     }
-    full = totals["perfect"]
-    assert full == 25
+    points = [c.metadata.get("nbgrader", {}) for c in source(folder).cells]
+    full = sum(meta["points"] for meta in points if meta.get("grade") and not meta["solution"])
+    assert totals["perfect"] == full > 0
     assert totals["blank"] == 0
     for name, total in totals.items():
         if name.startswith("alternative-"):
             assert total == full, name
         if name.startswith("mistake-"):
             assert 0 < total < full, name
-    folder = ROOT / "samples" / "ekf-localization" / "motion-model"
-    attacks = [s.name for s in sample_class.sample_class(folder) if s.rest == "release"]
-    assert len(attacks) > 8
+    attacks = [sample.name for sample in class_of(folder).values() if sample.rest == "release"]
+    assert len(attacks) > (8 if folder == MOTION else 0)
     assert {totals[name] for name in attacks} == {0}
 
 
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
-def test_every_sample_can_be_handed_in(folder, answers):
+def test_every_sample_can_be_handed_in(folder):
     """Every student's file can be made, is Python where it is a notebook, and has no place left open."""
     released = release(folder)
-    before = nbformat.writes(released)
-    for sample in sample_class.sample_class(folder):
+    before, answers = nbformat.writes(released), sample_class.solutions(source(folder))
+    for sample in class_of(folder).values():
         data = sample_class.hand_in(sample, released, answers, PLACES)
         if sample.file != "notebook":
             assert (data is None) == (sample.file == "none")
@@ -179,15 +226,17 @@ def test_every_sample_can_be_handed_in(folder, answers):
 
 
 @pytest.mark.parametrize(
-    "item", [i for i in MISCONCEPTIONS if i.stage in sample_class.CELLS], ids=lambda item: item.name
+    ("folder", "item"),
+    [(f, i) for f in FOLDERS for i in MISCONCEPTIONS if i.stage in cells(f)],
+    ids=lambda value: getattr(value, "name", None),
 )
-def test_a_mistake_in_a_cell_is_the_mistake_of_the_catalogue(item, answers):
+def test_a_mistake_in_a_cell_is_the_mistake_of_the_catalogue(folder, item):
     """What a student's cell computes is what the wrong version computes, up to the limits that the handout allows."""
     stage = STAGES[item.stage]
-    sample = sample_class.mistake(item)
-    ((name, source),) = sample.cells.items()
+    sample, answers = sample_class.mistake(item, cells(folder)), sample_class.solutions(source(folder))
+    ((name, text),) = sample.cells.items()
     namespace = {}
-    exec(source.replace("@solution@", answers[name]), namespace)  # noqa: S102 (our own)
+    exec(text.replace("@solution@", answers[name]), namespace)  # noqa: S102 (our own)
     recorder = Recorder(stage.reference)
     run_stage(stage, recorder, "a course")
     for call in recorder.calls:
@@ -201,7 +250,7 @@ def test_a_mistake_in_a_cell_is_the_mistake_of_the_catalogue(item, answers):
 
 def test_perfect_is_the_source_without_its_marks(answers, released):
     """The perfect student's cells are the source's answers, with no mark of the source left."""
-    perfect = hand_in(sample_class.Sample("perfect", "right"), released, answers)
+    perfect = hand_in(Sample("perfect", "right"), released, answers)
     text = "".join(cell.source for cell in perfect.cells)
     assert "SOLUTION" not in text
     assert "NotImplementedError" not in text
@@ -211,7 +260,7 @@ def test_perfect_is_the_source_without_its_marks(answers, released):
 def test_cells_can_be_deleted_renamed_and_be_there_twice(answers, released):
     """The options delete, duplicate and rename do what they say and nothing else."""
     names = grade_ids(released)
-    changed = sample_class.Sample(
+    changed = Sample(
         "odd",
         "odd",
         delete=("dynamics-test",),
@@ -229,8 +278,8 @@ def test_cells_can_be_deleted_renamed_and_be_there_twice(answers, released):
 def test_a_sample_that_names_an_unknown_cell_is_refused(answers, released):
     """A cell that the release does not have is a mistake of the sample's."""
     for sample in (
-        sample_class.Sample("odd", "odd", cells={"dynamic": "1"}),
-        sample_class.Sample("odd", "odd", delete=("dynamic",)),
+        Sample("odd", "odd", cells={"dynamic": "1"}),
+        Sample("odd", "odd", delete=("dynamic",)),
     ):
         with pytest.raises(ValueError, match="odd: expected cells of the release, got dynamic"):
             sample_class.hand_in(sample, released, answers, PLACES)

@@ -3,9 +3,9 @@
 The course stands in ``build/demo`` and is new each time: its configuration is the repository's with folders, a
 gradebook and a secret of its own. `sample_class` hands in the samples; ``nbgrader generate_assignment``,
 ``autograde``, ``generate_feedback`` and ``export`` do the work; then everything that a class must come out of it with
-is looked at: each score and recognised mistake against ``samples/<assignment>/expected.csv``, which is written by
-hand, a gradebook row for each grade cell of each student, feedback that shows nothing hidden and runs nothing of a
-student's, and processor seconds within the limit of the configuration.
+is looked at: each score and recognised mistake against ``samples/<assignment>/<notebook>/expected.csv``, which are
+written by hand, a gradebook row for each grade cell of each student, feedback that shows nothing hidden and runs
+nothing of a student's, and processor seconds within the limit of the configuration.
 
 Usage: ``python tools/course.py``. The exit status is 0 if all is as expected.
 """
@@ -32,6 +32,7 @@ from nbgrader.api import Gradebook
 from traitlets.config import PyFileConfigLoader
 
 import notebooks
+from autograder.secret import FILE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -40,7 +41,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "build" / "demo"
-ASSIGNMENT, NOTEBOOK = "ekf-localization", "motion-model"
+ASSIGNMENT = "ekf-localization"
 MANUAL, MISSING = "manual", "no row"
 DIAGNOSIS = "diagnosis"
 CONFIGURATION = '''\
@@ -107,25 +108,47 @@ def _equal(want: str, got: str) -> bool:
     return abs(float(want) - float(got)) < 1e-9
 
 
-def read_results(course: Path) -> dict[str, Result]:
-    """Read what became of the class from its gradebook and its graded notebooks."""
-    scores: dict[str, dict[str, str]] = {}
+Class = dict[str, dict[str, sample_class.Sample]]
+"""What each student hands in, by notebook; see `sample_class.deal`."""
+
+
+def read_results(course: Path, students: Class) -> dict[str, dict[str, Result]]:
+    """Read what became of the class from its gradebook and its graded notebooks: results by notebook and sample.
+
+    A student who handed in nothing of a notebook stands there with the own name.
+    """
+    found: dict[str, dict[str, Result]] = {}
     with Gradebook(f"sqlite:///{course}/gradebook.db") as gradebook:
-        notebook = gradebook.find_notebook(NOTEBOOK, ASSIGNMENT)
-        names = [cell.name for cell in [*notebook.grade_cells, *notebook.task_cells]]
-        for submission in gradebook.assignment_submissions(ASSIGNMENT):
-            grades = {grade.cell.name: grade for one in submission.notebooks for grade in one.grades}
-            scores[submission.student.id] = {name: _score(grades.get(name)) for name in names}
-    return {
-        student: Result(
-            row, course_report.diagnosis(course / "autograded" / student / ASSIGNMENT / f"{NOTEBOOK}.ipynb")
-        )
-        for student, row in scores.items()
-    }
+        for notebook in gradebook.find_assignment(ASSIGNMENT).notebooks:
+            names = [cell.name for cell in [*notebook.grade_cells, *notebook.task_cells]]
+            rows = found[notebook.name] = {}
+            for submission in notebook.submissions:
+                student = submission.student.id
+                sample = students.get(student, {}).get(notebook.name)
+                grades = {grade.cell.name: _score(grade) for grade in submission.grades}
+                path = course / "autograded" / student / ASSIGNMENT / f"{notebook.name}.ipynb"
+                rows[sample.name if sample else student] = Result(
+                    {name: grades.get(name, MISSING) for name in names}, course_report.diagnosis(path)
+                )
+    return found
+
+
+def compare(students: Class, found: dict[str, dict[str, Result]]) -> list[str]:
+    """Say where the class came out otherwise than the tables expect."""
+    faults = []
+    for notebook in sorted({notebook for handed_in in students.values() for notebook in handed_in}):
+        results = found.get(notebook, {})
+        expected = read_expected(ROOT / "samples" / ASSIGNMENT / notebook / "expected.csv")
+        absent = {name for name, handed_in in students.items() if notebook not in handed_in}
+        for name in sorted(absent):
+            scores = results[name].scores if name in results else {"any cell": MISSING}
+            expected[name] = Result(dict.fromkeys(scores, "0"))
+        faults += [f"{notebook}: {line}" for line in differences(expected, results)]
+    return faults
 
 
 def _score(grade: object) -> str:
-    if grade is None or (grade.auto_score is None and not grade.needs_manual_grade):
+    if grade.auto_score is None and not grade.needs_manual_grade:
         return MISSING
     return MANUAL if grade.needs_manual_grade else f"{grade.auto_score:g}"
 
@@ -185,28 +208,40 @@ class Clock:
         return time.monotonic() - self.began
 
 
-def prepare(course: Path) -> NotebookNode:
-    """Make the course's folder anew, with its sources, and return the source of the notebook."""
+def prepare(course: Path) -> dict[str, NotebookNode]:
+    """Make the course's folder anew, with its sources, and return the sources of the notebooks."""
     shutil.rmtree(course, ignore_errors=True)
     course.mkdir(parents=True)
     (course / "nbgrader_config.py").write_text(CONFIGURATION, encoding="utf-8")
     notebooks.build_sources(ROOT / "solutions", course / "source")
-    return nbformat.read(course / "source" / ASSIGNMENT / f"{NOTEBOOK}.ipynb", as_version=4)
+    paths = sorted((course / "source" / ASSIGNMENT).glob("*.ipynb"))
+    return {path.stem: nbformat.read(path, as_version=4) for path in paths}
 
 
-def hand_in(course: Path, source: NotebookNode, port: int) -> list[str]:
-    """Write what the students hand in, and return their names."""
-    release = nbformat.read(ROOT / "notebooks" / ASSIGNMENT / f"{NOTEBOOK}.ipynb", as_version=4)
-    answers = sample_class.solutions(source)
+def students_of(sources: dict[str, NotebookNode]) -> Class:
+    """Return the class of the assignment: students, and what they hand in."""
+    folder = ROOT / "samples" / ASSIGNMENT
+    return sample_class.deal(
+        {
+            name: sample_class.sample_class(folder / name, sample_class.stage_cells(source))
+            for name, source in sources.items()
+        }
+    )
+
+
+def hand_in(course: Path, sources: dict[str, NotebookNode], students: Class, port: int) -> None:
+    """Write what the students hand in."""
     places = {"repository": str(ROOT), "course": str(course), "port": str(port)}
-    samples = sample_class.sample_class(ROOT / "samples" / ASSIGNMENT / NOTEBOOK)
-    for sample in samples:
-        folder = course / "submitted" / sample.name / ASSIGNMENT
-        folder.mkdir(parents=True)
-        data = sample_class.hand_in(sample, release, answers, places)
-        if data is not None:
-            (folder / f"{NOTEBOOK}.ipynb").write_bytes(data)
-    return [sample.name for sample in samples]
+    folder = ROOT / "notebooks" / ASSIGNMENT
+    releases = {name: nbformat.read(folder / f"{name}.ipynb", as_version=4) for name in sources}
+    answers = {name: sample_class.solutions(source) for name, source in sources.items()}
+    for student, handed_in in students.items():
+        target = course / "submitted" / student / ASSIGNMENT
+        target.mkdir(parents=True)
+        for name, sample in handed_in.items():
+            data = sample_class.hand_in(sample, releases[name], answers[name], places)
+            if data is not None:
+                (target / f"{name}.ipynb").write_bytes(data)
 
 
 def processor_limit() -> float:
@@ -259,14 +294,15 @@ def halves(names: Sequence[str]) -> list[str]:
     return [f"[{''.join(group)}]*" for group in (first, initials) if group]
 
 
-def print_table(found: dict[str, Result]) -> None:
-    """Print scores and recognised mistakes, a line for each student."""
+def print_table(notebook: str, found: dict[str, Result]) -> None:
+    """Print scores and recognised mistakes of a notebook, a line for each sample."""
     columns = list(next(iter(found.values())).scores) if found else []
-    print(f"{'student':46}{'sum':>5}  {'  '.join(columns)}  recognised mistakes")
-    for student, result in found.items():
+    print(f"{notebook:46}{'sum':>5}  {'  '.join(columns)}  recognised mistakes")
+    for sample, result in found.items():
         total = sum(float(score) for score in result.scores.values() if score not in {MANUAL, MISSING})
         cells = "  ".join(f"{result.scores[name]:>{len(name)}}" for name in columns)
-        print(f"{student:46}{total:5.1f}  {cells}  {result.diagnosis}")
+        print(f"{sample:46}{total:5.1f}  {cells}  {result.diagnosis}")
+    print()
 
 
 def main() -> int:
@@ -276,35 +312,46 @@ def main() -> int:
     print(f"Sample class in {DEMO}")
     with Listener() as listener:
         with clock("source built"):
-            source = prepare(DEMO)
+            sources = prepare(DEMO)
         with (
             clock("nbgrader generate_assignment, sample class handed in"),
             running(DEMO, ["generate_assignment", ASSIGNMENT]),
         ):
-            students = hand_in(DEMO, source, listener.port)
+            students = students_of(sources)
+            hand_in(DEMO, sources, students, listener.port)
         if not listener.hears():
             faults.append("the listener does not hear connections, so that none proves nothing")
+        count = sum(map(len, students.values()))
         with (
-            clock(f"nbgrader autograde: {len(students)} submissions"),
+            clock(f"nbgrader autograde: {count} notebooks of {len(students)} students"),
             running(DEMO, ["autograde", ASSIGNMENT], bar=True),
         ):
             pass
         if listener.visits:
             faults.append(f"connects-out: the listener had {listener.visits} connections")
-    feedback = [["generate_feedback", ASSIGNMENT, f"--student={part}"] for part in halves(students)]
+    feedback = [["generate_feedback", ASSIGNMENT, f"--student={part}"] for part in halves(list(students))]
     with clock("nbgrader generate_feedback, export"), running(DEMO, *feedback, ["export"]):
-        found = read_results(DEMO)
+        found = read_results(DEMO, students)
     with clock("everything looked at"):
-        faults += differences(read_expected(ROOT / "samples" / ASSIGNMENT / "expected.csv"), found)
-        faults += course_report.leaks(DEMO, ASSIGNMENT, NOTEBOOK, students, source)
-        faults += course_report.exported(DEMO / "grades.csv", students)
-        seconds, limit = course_report.seconds(DEMO, ASSIGNMENT, NOTEBOOK, students), processor_limit()
-        faults += course_report.overruns(seconds, students, limit)
+        faults += compare(students, found)
+        seconds, limit = {}, processor_limit()
+        secret = (DEMO / FILE).read_text(encoding="utf-8").strip()
+        numbers = course_report.hidden_numbers(secret)
+        for name, source in sources.items():
+            faults += course_report.leaks(DEMO, ASSIGNMENT, name, list(students), source, numbers)
+            took = course_report.seconds(DEMO, ASSIGNMENT, name, list(students))
+            faults += course_report.overruns(took, list(students), limit)
+            seconds |= {(student, name): value for student, value in took.items()}
+        faults += course_report.exported(DEMO / "grades.csv", list(students))
     print(f"{clock.total:6.1f} s  together\n")
-    print_table(found)
+    for name, results in found.items():
+        handed_in = {has[name].name for has in students.values() if name in has}
+        print_table(name, {sample: result for sample, result in results.items() if sample in handed_in})
     if seconds:
         longest = max(seconds, key=seconds.__getitem__)
-        print(f"\nLongest: {longest}, {seconds[longest]:.1f} processor seconds; the limit is {limit:g}.")
+        print(
+            f"Longest: {', '.join(longest)}, {seconds[longest]:.1f} processor seconds; the limit is {limit:g}."
+        )
     print()
     for what, path in (
         ("book", ROOT / "_build" / "html" / "index.html"),

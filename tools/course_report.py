@@ -14,7 +14,6 @@ import numpy as np
 from autograder.check import Recorder, run_stage
 from autograder.checks import EXPRESSIONS, STAGES
 from autograder.roles import visible_part
-from autograder.secret import FILE
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -146,7 +145,12 @@ def _head(text: str) -> str:
 
 
 def leaks(
-    course: Path, assignment: str, notebook: str, students: Sequence[str], source: NotebookNode
+    course: Path,
+    assignment: str,
+    notebook: str,
+    students: Sequence[str],
+    source: NotebookNode,
+    numbers: set[str],
 ) -> list[str]:
     """Say what students see or did that they must not.
 
@@ -160,6 +164,8 @@ def leaks(
         All of the class; there must be feedback for each, and one is named ``perfect``.
     source : NotebookNode
         The source notebook, with its hidden tests and mark schemes.
+    numbers : set of str
+        See `hidden_numbers`.
 
     Returns
     -------
@@ -167,7 +173,6 @@ def leaks(
         A line for each fault.
     """
     lines = hidden_lines(source)
-    numbers = hidden_numbers((course / FILE).read_text(encoding="utf-8").strip())
     faults = [] if lines and numbers else ["there is nothing hidden to look for"]
     pages = {name: course / "feedback" / name / assignment / f"{notebook}.html" for name in students}
     usual = scripts(pages["perfect"].read_text(encoding="utf-8")) if pages["perfect"].is_file() else set()

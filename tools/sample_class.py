@@ -1,4 +1,4 @@
-"""Build the sample class: hand in the released notebook as a student would, once for every sample.
+"""Build the sample class: hand in the released notebooks as students would, once for every sample.
 
 A sample is a small text file, ``samples/<assignment>/<notebook>/<student>.md``: a heading, a sentence on what the
 student does, and the cells that the student writes, by grade id::
@@ -24,10 +24,13 @@ between ``---`` at the top say more, all of it optional:
 ``@solution@`` for the right answer to the same cell.
 
 Every wrong version of a stage in `autograder.misconceptions` is handed in too, once: the cell is made from the source
-of that version, so that there is one home for it. A student makes one mistake in each stage, since a mistake in one
-costs nothing in another: ``mistake-<the mistake in compute_dynamics>`` makes the mistake of the same place in the list
-of ``transition_update`` as well, as long as there is one. Those without one answer the questions on wheel speeds
-wrongly, by the samples that say ``student``. The table that `course` prints names all mistakes of each student.
+of that version, so that there is one home for it. A sample makes one mistake in each stage, since a mistake in one
+costs nothing in another: ``mistake-<the mistake in the notebook's first stage>`` makes the mistake of the same place in
+the lists of the other stages as well, as long as there is one. Mistakes in symbolic answers are written by hand, by the
+samples that say ``student``. The table that `course` prints names all mistakes of each sample.
+
+The samples of an assignment's notebooks are dealt to students: one who hands in a sample of the largest class hands in
+one of the same kind of each other notebook too, as long as there are any; see :func:`deal`.
 """
 
 from __future__ import annotations
@@ -56,7 +59,7 @@ if TYPE_CHECKING:
     from autograder.misconceptions.model import Misconception
 
 ROOT = Path(__file__).resolve().parents[1]
-CELLS = {"motion.compute_dynamics": "dynamics", "gaussian.transition_update": "transition"}
+KINDS = ("perfect", "blank", "alternative-", "mistake-", "several-")
 _HEAD = re.compile(
     r"\A(?:---\n(?P<options>.*?)^---\n)?\s*# (?P<title>[^\n]+)\n(?P<text>.*)\Z", re.DOTALL | re.MULTILINE
 )
@@ -125,13 +128,35 @@ def read_sample(path: Path) -> Sample:
     return Sample(path.stem, " ".join(about.split()), cells, **options)
 
 
-def sample_class(folder: Path) -> list[Sample]:
-    """Return all students of a notebook: those with a file, and those who make the known mistakes.
+def stage_cells(source: NotebookNode) -> dict[str, str]:
+    """Return the cell in which a student writes each graded function: its grade id, by stage, in order.
+
+    The stages are read off the test cells, ``grade("module.stage", function, ...)``; the cell is the last one before
+    that defines the function.
+    """
+    found: dict[str, str] = {}
+    writes: dict[str, str] = {}
+    for cell in source.cells:
+        meta = cell.metadata.get("nbgrader", {})
+        if cell.cell_type != "code":
+            continue
+        if meta.get("solution"):
+            writes |= dict.fromkeys(re.findall(r"^def (\w+)\(", cell.source, re.MULTILINE), meta["grade_id"])
+        elif meta.get("grade"):
+            for stage, name in re.findall(r'^ *grade\(\s*"([\w.]+)",\s*(\w+)', cell.source, re.MULTILINE):
+                found[stage] = writes[name]
+    return found
+
+
+def sample_class(folder: Path, cells: dict[str, str]) -> list[Sample]:
+    """Return all samples of a notebook: those with a file, and those that make the known mistakes.
 
     Parameters
     ----------
     folder : Path
         The samples of one notebook.
+    cells : dict of str to str
+        See `stage_cells`.
 
     Returns
     -------
@@ -144,7 +169,7 @@ def sample_class(folder: Path) -> list[Sample]:
         If a sample names a student whom there is not, or two samples write the same cell of a student's.
     """
     written = [read_sample(path) for path in sorted(folder.glob("*.md"))]
-    students = {sample.name: sample for sample in [*mistaken(), *written] if not sample.student}
+    students = {sample.name: sample for sample in [*mistaken(cells), *written] if not sample.student}
     for sample in written:
         if not sample.student:
             continue
@@ -154,15 +179,53 @@ def sample_class(folder: Path) -> list[Sample]:
     return sorted(students.values(), key=lambda sample: sample.name)
 
 
-def mistaken() -> list[Sample]:
+def mistaken(cells: dict[str, str]) -> list[Sample]:
     """Return the students who between them make every known mistake once, each one mistake in a stage."""
-    stages = [[mistake(item) for item in MISCONCEPTIONS if item.stage == stage] for stage in CELLS]
+    stages = [[mistake(item, cells) for item in MISCONCEPTIONS if item.stage == stage] for stage in cells]
     return [together(*filter(None, row)) for row in zip_longest(*stages)]
 
 
-def mistake(item: Misconception) -> Sample:
+def deal(classes: dict[str, list[Sample]]) -> dict[str, dict[str, Sample]]:
+    """Deal the samples of an assignment's notebooks to students.
+
+    Parameters
+    ----------
+    classes : dict of str to list of Sample
+        The samples of each notebook.
+
+    Returns
+    -------
+    dict of str to dict of str to Sample
+        What each student hands in, by notebook. Students have the names of the samples of the largest class; one gets
+        the sample of the same name of another notebook, or else one of the same kind. Samples that are left over are
+        students of their own.
+    """
+    first, *others = sorted(classes, key=lambda name: -len(classes[name]))
+    students = {sample.name: {first: sample} for sample in classes[first]}
+    for notebook in others:
+        left = []
+        for sample in classes[notebook]:
+            if sample.name in students:
+                students[sample.name][notebook] = sample
+            else:
+                left.append(sample)
+        for sample in left:
+            free = (
+                name
+                for name, has in students.items()
+                if notebook not in has and _kind(name) == _kind(sample.name)
+            )
+            students.setdefault(next(free, sample.name), {})[notebook] = sample
+    return dict(sorted(students.items()))
+
+
+def _kind(name: str) -> str:
+    return next((kind for kind in KINDS if name.startswith(kind)), "")
+
+
+def mistake(item: Misconception, cells: dict[str, str]) -> Sample:
     """Return the student who makes one mistake, and makes it in the words of the wrong version itself."""
-    cell = CELLS[item.stage]
+    cell = cells[item.stage]
     slug = re.sub(r"[^a-z0-9]+", "-", item.name.lower().replace("'", "")).strip("-")
     return Sample(f"mistake-{slug}", f"{item.name}: {item.explanation}", {cell: student_source(item)})
 
