@@ -136,6 +136,14 @@ _SIDE = "Take one point of the wall and test it: is x cos(alpha) + y sin(alpha) 
 _ARRAYS = "An array that is handed over is not copied; which operation makes a new one?"
 MISCONCEPTIONS = (
     Misconception(
+        "derivative by the heading without the lever arm",
+        _STAGE,
+        "The distance is taken to be independent of the heading. That holds for a scanner at the robot's "
+        "centre; one that sits elsewhere is carried around when the robot turns on the spot.",
+        _NUDGE,
+        lever_forgotten,
+    ),
+    Misconception(
         "scanner taken to be at the robot's centre",
         _STAGE,
         "The place of the scanner on the robot is left out. A wall is then predicted as the robot's centre "
@@ -199,14 +207,6 @@ MISCONCEPTIONS = (
         "it.",
         _ANGLE,
         heading_added,
-    ),
-    Misconception(
-        "derivative by the heading without the lever arm",
-        _STAGE,
-        "The distance is taken to be independent of the heading. That holds for a scanner at the robot's "
-        "centre; one that sits elsewhere is carried around when the robot turns on the spot.",
-        _NUDGE,
-        lever_forgotten,
     ),
     Misconception(
         "sign of the lever arm",
