@@ -9,7 +9,7 @@ function prints while it is checked is not shown.
 from collections.abc import Callable
 from typing import Any
 
-from roboloc.checks import gaussian, motion
+from roboloc.checks import association, gaussian, lines, motion
 from roboloc.checks.report import Check, Item, Report, run, show
 
 __all__ = ["STAGES", "Item", "Report", "check"]
@@ -17,6 +17,12 @@ __all__ = ["STAGES", "Item", "Report", "check"]
 STAGES: dict[str, tuple[Check, ...]] = {
     "compute_dynamics": motion.COMPUTE_DYNAMICS,
     "transition_update": gaussian.TRANSITION_UPDATE,
+    "transform_line_to_scanner_frame": lines.TRANSFORM,
+    "normalize_line_parameters": lines.NORMALIZE,
+    "compute_predicted_measurements": lines.PREDICTED,
+    "compute_innovations": association.COMPUTE_INNOVATIONS,
+    "measurement_model": association.MEASUREMENT_MODEL,
+    "measurement_update": gaussian.MEASUREMENT_UPDATE,
 }
 """The checks of each stage, in the order in which they are made."""
 
