@@ -135,10 +135,7 @@ def test_exchange_holds_no_answer(term):
 
 
 def test_second_submission_is_late_and_marked_by_hand(term):
-    """A submission of a day and a half after the due date replaces the first, and its penalty covers a person's points.
-
-    A second grading run keeps the score and the comment of the person.
-    """
+    """A late second submission replaces the first; its penalty covers a person's points, which a second run keeps."""
     course, student = term.course, term.wrong
     student.write(square=SQUARE)
     student.nbgrader("submit", ASSIGNMENT)
