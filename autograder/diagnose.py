@@ -224,6 +224,8 @@ def _observe(stage: Stage, seen: list[_Seen], name: str) -> Diagnosis | None:  #
     right = np.array([one.right[name] for one, _ in pairs])
     tolerance = np.array([one.tolerance[name] for one, _ in pairs])
     bad = (np.abs(got - right) > tolerance).any(axis=0)
+    if not bad.any():
+        return None  # wrong only in calls that return nothing, of which there is nothing to compare
     where = entries(stage, name, bad)
     loose = 4 * tolerance.max(axis=tuple(range(1, tolerance.ndim)), keepdims=True)
     if (

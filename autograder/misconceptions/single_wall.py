@@ -89,7 +89,7 @@ MISCONCEPTIONS = (
         _answer(lambda v: (1 + math.erf(v["g"] / math.sqrt(2))) / 2),
     ),
     Misconception(
-        "squared distance in a gate of g",
+        "square compared with g",
         "single_wall.share",
         "The squared distance is compared with g, where it should be compared with the square of g.",
         "In what unit is g, and in what unit is d2?",

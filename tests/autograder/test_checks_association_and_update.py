@@ -85,7 +85,7 @@ EXPECTED = {
     "single_wall.share": {
         "share of two numbers": ({1}, 0),
         "one side of the gate": ({1}, 0),
-        "squared distance in a gate of g": ({1}, 0),
+        "square compared with g": ({1}, 0),
     },
 }
 CORRECT = {
@@ -279,3 +279,14 @@ def test_a_lopsided_update_is_no_covariance():
     outcome = run_stage(UPDATE, lopsided, "s")
     (found,) = diagnose(outcome, of_stage(UPDATE.name))
     assert found.explanation == "Sigma is not symmetric, and a covariance is."
+
+
+def test_a_mistake_that_shows_only_without_a_line_is_left_to_its_check():
+    """Empty lists, which have no width, fail the check for nothing to keep; there is nothing else to say."""
+
+    def lists(*args):
+        return tuple(part if len(part) else np.array([]) for part in compute_innovations(*args))
+
+    outcome = run_stage(INNOVATIONS, lists, "s")
+    assert [result.check.name for result in outcome.failed] == ["nothing to keep"]
+    assert titles(INNOVATIONS, lists) == []
