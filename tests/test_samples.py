@@ -61,6 +61,12 @@ def class_of(folder):
     return {sample.name: sample for sample in sample_class.sample_class(folder, cells(folder))}
 
 
+def imports(folder):
+    """Return the code cells of a folder's notebook that only import something."""
+    code = [cell.source for cell in source(folder).cells if cell.cell_type == "code"]
+    return [text for text in code if re.fullmatch(r"((import|from) .*\n?|\n)+", text)]
+
+
 def titles(folder):
     """Return the names of the mistakes that can be made in a folder's notebook, by name."""
     text = "".join(cell.source for cell in source(folder).cells)
@@ -236,7 +242,8 @@ def test_a_mistake_in_a_cell_is_the_mistake_of_the_catalogue(folder, item):
     sample, answers = sample_class.mistake(item, cells(folder)), sample_class.solutions(source(folder))
     ((name, text),) = sample.cells.items()
     namespace = {}
-    exec(text.replace("@solution@", answers[name]), namespace)  # noqa: S102 (our own)
+    for cell in [*imports(folder), text.replace("@solution@", answers[name])]:
+        exec(cell, namespace)  # noqa: S102 (our own)
     recorder = Recorder(stage.reference)
     run_stage(stage, recorder, "a course")
     for call in recorder.calls:
