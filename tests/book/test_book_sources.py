@@ -11,17 +11,12 @@ import pytest
 import sympy as sp
 import yaml
 
-import roboloc_reference.gaussian
-import roboloc_reference.motion
+from autograder.checks import STAGES as GRADED
 
 ROOT = Path(__file__).resolve().parents[2]
 PAGES = sorted((ROOT / "book").glob("*.md"))
 MOTION = ROOT / "book" / "motion-and-the-limit.md"
-STAGES = [
-    roboloc_reference.motion.compute_dynamics,
-    roboloc_reference.gaussian.transition_update,
-    roboloc_reference.gaussian.measurement_update,
-]
+STAGES = [stage.reference for stage in GRADED.values()]
 DERIVATION = ["derive-symbols", "derive-g", "derive-jacobians", "derive-limits"]
 
 
