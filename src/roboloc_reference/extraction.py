@@ -291,9 +291,8 @@ def extract_lines(
     runs = merge(theta, rho, split(theta, rho, params), params)
 
     scan = ScanPoints(theta, rho, params.line_point_distance, params.max_point_gap)
-    length = np.hypot(*(scan.points[:, runs[:, 1] - 1] - scan.points[:, runs[:, 0]]))
-    long = (runs[:, 1] - runs[:, 0] >= params.min_points) & (length >= params.min_segment_length)
-    runs = scan.with_sharp_corners(runs[long].tolist(), params.min_points)
+    many = runs[:, 1] - runs[:, 0] >= params.min_points
+    runs = scan.with_sharp_corners(runs[many].tolist(), params.min_points)
 
     alpha, r = np.empty(len(runs)), np.empty(len(runs))
     C, segments = np.empty((len(runs), 2, 2)), np.empty((len(runs), 4))

@@ -72,8 +72,11 @@ class ScanPoints:
         return int(k[np.argmin(_misfit(middle - begin, k - i) + _misfit(end - middle, j - k))])
 
     def with_sharp_corners(self, runs: list[list[int]], least: int) -> list[list[int]]:
-        """Return runs in which those that touch meet where both fit best; three sweeps settle all but rare cases."""
-        for _ in range(3):
+        """Return runs in which those that touch meet where both fit best.
+
+        A corner may move once more when the other end of one of its walls has moved, hence the second sweep.
+        """
+        for _ in range(2):
             for a, b in pairwise(runs):
                 if a[1] == b[0] and not self.gap[a[1] - 1]:
                     a[1] = b[0] = self.corner(a[0], b[1], least)

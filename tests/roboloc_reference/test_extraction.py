@@ -1,3 +1,5 @@
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -7,6 +9,8 @@ from scipy.optimize import least_squares
 from scipy.stats import chi2
 
 from roboloc.angles import difference
+from roboloc.lidar import cast_rays
+from roboloc.worlds import arena
 from roboloc_reference.extraction import Params, extract_lines, fit_line, merge, split
 
 law = settings(deadline=None, derandomize=True, max_examples=50)
@@ -205,6 +209,26 @@ def test_with_noise_walls_are_found_and_nothing_else(room):
     assert 1.7 < np.mean(np.array(d2s)[good]) < 2.3
 
 
+def test_a_corner_is_sharpened_after_its_neighbour():
+    """A corner of the arena that is exact only once the next corner has been put right is exact."""
+    theta, pose = np.radians(np.linspace(-120, 120, 181)), (0.2980584, 2.45121486, -2.455572)
+    rho = cast_rays(arena().segments, pose, theta, 6.0)
+    ranges = extract_lines(theta, rho, PARAMS, VAR_THETA, VAR_RHO)[4]
+    assert ranges[:2].tolist() == [[0, 37], [37, 71]]
+
+
+def test_ends_of_a_segment_lie_on_its_line():
+    """The ends are the outermost points moved to the line, not the points themselves."""
+    theta, rho, *_ = draw_beams(np.random.default_rng(1), 40)
+    params = replace(PARAMS, line_point_distance=1.0, max_point_gap=10.0)
+    alpha, r, _, segments, _ = extract_lines(theta, rho, params, 0.0, 0.0)
+    ends = segments.reshape(2, 2)
+    np.testing.assert_allclose(ends @ [np.cos(alpha[0]), np.sin(alpha[0])], r[0], atol=1e-12)
+    along = [-np.sin(alpha[0]), np.cos(alpha[0])]
+    points = np.stack([rho * np.cos(theta), rho * np.sin(theta)], axis=1)[[0, -1]]
+    np.testing.assert_allclose(ends @ along, points @ along, atol=1e-12)
+
+
 def test_a_doorway_makes_two_segments_of_one_line():
     """Two walls on one line with a gap between them stay two, and neither is seen through the door."""
     theta = np.linspace(-1.2, 1.2, 241)
@@ -275,7 +299,8 @@ def test_nothing_seen_is_no_line():
 def test_short_segments_and_few_points_are_dropped():
     """A wall is dropped for its length or its points alone."""
     theta = np.linspace(-0.2, 0.2, 41)
-    for change, expected in (({}, 1), ({"min_segment_length": 0.9}, 0), ({"min_points": 42}, 0)):
+    changes = {"min_segment_length": 0.9}, {"min_points": 41}, {"min_points": 42}
+    for change, expected in zip(({}, *changes), (1, 0, 1, 0), strict=True):
         params = {
             "min_segment_length": 0.3,
             "line_point_distance": 0.05,
