@@ -73,7 +73,7 @@ class Execution:
     files : dict of str to tuple of (bytes, int)
         The notebook's folder.
     warm : bool, optional
-        Whether the sandbox may run the instructor's cells at the beginning once beforehand; see `worker.zygote`.
+        Whether the sandbox may run the instructor's cells at the beginning once for all; see `worker.zygote`.
     """
 
     def __init__(

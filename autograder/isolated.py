@@ -38,8 +38,8 @@ class IsolatedExecute(NbGraderPreprocessor):
     ).tag(config=True)
     warm_up = Bool(
         True,
-        help="Let the sandbox run the locked cells at a notebook's beginning once, so that what they import and what "
-        "libraries remember of them is warm. Each notebook still runs them itself.",
+        help="Let the sandbox run the locked cells with which notebooks begin once, and go on from there with each "
+        "notebook. Turn it off where these cells must give each notebook something else: the time, or a random number.",
     ).tag(config=True)
     call_cpu = Float(_DEFAULT.call_cpu, help="Processor seconds of one call by a test.").tag(config=True)
     cell_cpu = Float(_DEFAULT.cell_cpu, help="Processor seconds of one cell.").tag(config=True)

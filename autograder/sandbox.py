@@ -283,7 +283,7 @@ class Sandbox:
         limits : Limits
             What it may use.
         beginning : sequence of str, optional
-            The instructor's cells with which it begins, as others do: they are run once beforehand, to be warm.
+            The instructor's cells with which it begins, as others do: they are run once for all.
 
         Returns
         -------

@@ -23,6 +23,8 @@ from . import state as state_
 from .channel import Channel, Closed, pair
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .limits import Limits
     from .shell import NotebookShell
 
@@ -67,19 +69,28 @@ class Warden:
     grader : Channel
         To the grader; when it closes, everything here ends.
     shell : NotebookShell
-        A shell in which nothing has run.
+        The shell that cells run in.
     limits : Limits
         Bounds of the notebook.
     home : pathlib.Path
         The folder of the notebook.
+    begun : sequence of tuple of (str, list), optional
+        What the shell has run; see `state.State`.
     """
 
-    def __init__(self, grader: Channel, shell: NotebookShell, limits: Limits, home: Path) -> None:
+    def __init__(
+        self,
+        grader: Channel,
+        shell: NotebookShell,
+        limits: Limits,
+        home: Path,
+        begun: Sequence[tuple[str, list]] = (),
+    ) -> None:
         self.grader = grader
         self.limits = limits
         self.home = home
         self.left = limits.notebook_cpu
-        self.top = self.first(shell)
+        self.top = self.first(shell, begun)
         self.kept: Holder | None = None
         self.since: list[str] = []
         self.marks: dict[int, Holder] = {}
@@ -87,7 +98,7 @@ class Warden:
         self.scratch: Holder | None = None
         self.scratch_left = 0.0
 
-    def first(self, shell: NotebookShell) -> Holder:
+    def first(self, shell: NotebookShell, begun: Sequence[tuple[str, list]]) -> Holder:
         """Start the state that every other one descends from."""
         ours, theirs = pair()
         pid = os.fork()
@@ -95,7 +106,7 @@ class Warden:
             self.grader.close()
             ours.close()
             limits_.apply(self.limits)
-            state_.start(shell, theirs.sock.detach())
+            state_.start(shell, theirs.sock.detach(), begun)
         theirs.close()
         return Holder(pid, ours)
 

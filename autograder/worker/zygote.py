@@ -3,7 +3,7 @@
 It is started by `autograder.sandbox` inside bubblewrap. It sees no submission: the grader hands it a socket, it forks a
 warden into new pid, mount and IPC namespaces with a folder of its own, and what the notebook is goes over that socket.
 The one thing it is told of an assignment is the cells of the instructor's with which all its notebooks begin: a child
-runs them once, so that what they import and what SymPy remembers of them is warm when each notebook runs them again.
+runs them once, and each notebook goes on from there.
 """
 
 from __future__ import annotations
@@ -19,23 +19,29 @@ import signal
 import socket
 import sys
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from .. import wire
 from . import state as state_
 from .channel import Channel, Closed, pair
 from .limits import Limits
-from .shell import fresh_namespace, make_shell, run_cell
+from .shell import fresh_namespace, make_shell
 
 if TYPE_CHECKING:
+    from collections.abc import Sequence
+
     from .shell import NotebookShell
 
 HOME = Path("/home/student")
-WARM_UP_SECONDS = 60
+BEGIN_SECONDS = 60
+MAX_BEGINNINGS = (
+    8  # each is a process; a submission that inserts a cell at the top has a beginning of its own
+)
 PRELOAD = (
     "numpy.testing", "numpy.linalg", "numpy.random", "scipy.linalg", "sympy", "matplotlib.pyplot",
     "matplotlib_inline.backend_inline", "IPython.display", "roboloc.angles", "roboloc.se2", "roboloc.simulation",
-    "roboloc.filters", "roboloc.checks", "roboloc.plotting",
+    "roboloc.filters", "roboloc.checks", "roboloc.plotting", "roboloc.worlds", "roboloc.lidar", "roboloc.logs",
+    "roboloc.metrics",
 )  # fmt: skip
 
 _CLONE_NEWNS, _CLONE_NEWIPC, _CLONE_NEWPID = 0x20000, 0x08000000, 0x20000000
@@ -103,7 +109,9 @@ def keep_only(descriptor: int) -> None:
     os.close(nothing)
 
 
-def spawn(descriptor: int, limits: Limits, uid: int, shell: Any) -> None:
+def spawn(
+    descriptor: int, limits: Limits, uid: int, shell: NotebookShell, begun: Sequence[tuple[str, list]]
+) -> None:
     """Run a notebook's warden to its end; in a child of the zygote, does not return.
 
     The process that waits here keeps the notebook's socket open. When the grader reads the end of it, the kernel has
@@ -118,7 +126,7 @@ def spawn(descriptor: int, limits: Limits, uid: int, shell: Any) -> None:
             with contextlib.suppress(BaseException):
                 drop_privileges(uid)
                 state_.hide_memory()
-                Warden(Channel(socket.socket(fileno=descriptor)), shell, limits, HOME).serve()
+                Warden(Channel(socket.socket(fileno=descriptor)), shell, limits, HOME, begun).serve()
             os._exit(0)
         os.waitpid(child, 0)
     os._exit(0)
@@ -159,21 +167,31 @@ def draw_once(shell: NotebookShell) -> None:
     shell.events.callbacks["post_execute"].sort(key=lambda call: call.__module__ == "matplotlib.pyplot")
 
 
-def warm_up(shell: NotebookShell, sources: list[str]) -> None:
-    """Run cells for what they import and what libraries remember of them; their names are forgotten again.
+def begin(shell: NotebookShell, sources: list[str]) -> list[tuple[str, list]]:
+    """Run the cells with which notebooks begin; return each with what it answers.
 
     Parameters
     ----------
     shell : NotebookShell
         The shell that notebooks are forked with.
     sources : list of str
-        Cells of the instructor's with which every notebook of an assignment begins. One that fails here, for lack of
-        a file say, does no harm: each notebook runs it again.
+        Cells of the instructor's with which every notebook of an assignment begins.
+
+    Returns
+    -------
+    list of tuple of (str, list)
+        The cells and answers, in order. Empty where one fails here, for lack of a file say, or leaves a file behind,
+        which a notebook would not see: then each notebook runs them itself, and only what they imported,
+        and what libraries remember of them, is kept.
     """
-    signal.alarm(WARM_UP_SECONDS)  # its default action ends this process, and notebooks start cold
-    for source in sources:
-        run_cell(shell, source)
+    files = _temporary_files()
+    signal.alarm(BEGIN_SECONDS)  # its default action ends this process, and notebooks start cold
+    begun = [(source, state_.answer_of_cell(shell, source)) for source in sources]
     signal.alarm(0)
+    succeeded = all(answer[-1] is True for _, answer in begun)
+    if succeeded and _temporary_files() == files:
+        settle()
+        return begun
     if "matplotlib.pyplot" in sys.modules:
         sys.modules["matplotlib.pyplot"].close("all")
     shell.reset(new_session=True)
@@ -181,6 +199,11 @@ def warm_up(shell: NotebookShell, sources: list[str]) -> None:
     shell.execution_count = 1
     linecache.clearcache()
     settle()
+    return []
+
+
+def _temporary_files() -> list[str]:
+    return sorted(str(path) for path in Path("/tmp").rglob("*") if ".matplotlib" not in path.parts)  # noqa: S108
 
 
 def settle() -> None:
@@ -198,11 +221,16 @@ class Nursery:
         Where requests come from.
     shell : NotebookShell
         What notebooks start with.
+    begun : sequence of tuple of (str, list), optional
+        What has run in it; see `begin`.
     """
 
-    def __init__(self, control: Channel, shell: NotebookShell) -> None:
+    def __init__(
+        self, control: Channel, shell: NotebookShell, begun: Sequence[tuple[str, list]] = ()
+    ) -> None:
         self.control = control
         self.shell = shell
+        self.begun = begun
         self.warm: dict[tuple[str, ...], Channel | None] = {}
 
     def serve(self) -> None:
@@ -224,11 +252,13 @@ class Nursery:
         """Start a notebook from this process."""
         if os.fork() == 0:
             keep_only(handed)
-            spawn(handed, limits, uid, self.shell)
+            spawn(handed, limits, uid, self.shell, self.begun)
 
     def pass_on(self, beginning: tuple[str, ...], limits: list[float], uid: int, handed: int) -> bool:
         """Let the child that knows a beginning start the notebook; return False where there is none."""
         if beginning not in self.warm:
+            if len(self.warm) == MAX_BEGINNINGS:
+                return False
             self.warm[beginning] = self.fork_nursery(beginning)
         child = self.warm[beginning]
         if child is None:
@@ -247,13 +277,13 @@ class Nursery:
         if os.fork() == 0:
             with contextlib.suppress(BaseException):
                 keep_only(theirs.fileno())
-                warm_up(self.shell, list(beginning))
+                begun = begin(self.shell, list(beginning))
                 theirs.send(["ready"])
-                Nursery(theirs, self.shell).serve()
+                Nursery(theirs, self.shell, begun).serve()
             os._exit(0)
         theirs.close()
         try:
-            ours.receive(2 * WARM_UP_SECONDS)
+            ours.receive(2 * BEGIN_SECONDS)
         except (Closed, TimeoutError, wire.WireError):
             ours.close()
             return None
