@@ -211,10 +211,10 @@ def test_with_noise_walls_are_found_and_nothing_else(room):
 
 def test_a_corner_is_sharpened_after_its_neighbour():
     """A corner of the arena that is exact only once the next corner has been put right is exact."""
-    theta, pose = np.radians(np.linspace(-120, 120, 181)), (0.2980584, 2.45121486, -2.455572)
+    theta, pose = np.radians(np.linspace(-120, 120, 181)), (0.25, -0.22, -1.28)
     rho = cast_rays(arena().segments, pose, theta, 6.0)
     ranges = extract_lines(theta, rho, PARAMS, VAR_THETA, VAR_RHO)[4]
-    assert ranges[:2].tolist() == [[0, 37], [37, 71]]
+    assert ranges[:3].tolist() == [[0, 37], [37, 110], [110, 139]]
 
 
 def test_ends_of_a_segment_lie_on_its_line():
