@@ -159,6 +159,26 @@ def test_version_without_a_record_is_called_that(graded):
     assert "of which the gradebook has no record" in notices(graded, "unknown")
 
 
+def test_after_grading_points_may_change_and_cells_may_not(graded, tmp_path):
+    """After grading a release with other points is taken and counts, and one with another cell is refused."""
+    course = graded.copy(tmp_path / "course")
+    path = course.root / "source" / ASSIGNMENT / f"{NOTEBOOK}.ipynb"
+    notebook = second_version()
+    next(c for c in notebook.cells if c.id == "cube-test").metadata.nbgrader.points = 30
+    nbformat.write(notebook, path)
+    with course.api() as api:
+        assert api.generate_assignment(ASSIGNMENT, force=True)["success"]
+        api.autograde(ASSIGNMENT, "present", force=True)
+    assert course.rows()["present"]["cube-check"] == (30, False)
+    assert "given otherwise since then: cube-check" in notices(course, "present")
+    notebook.cells.append(cell(new_code_cell, "2", "more", locked=True))
+    nbformat.write(notebook, path)
+    with course.api() as api:
+        result = api.generate_assignment(ASSIGNMENT, force=True)
+    assert not result["success"]
+    assert "Cannot add or remove cells" in result["log"]
+
+
 def test_history_without_a_table_is_empty(tmp_path):
     """A gradebook from before versions were recorded has none, and is not touched."""
     with Gradebook(f"sqlite:///{tmp_path}/gradebook.db"):

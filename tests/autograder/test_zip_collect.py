@@ -80,3 +80,17 @@ def test_numbers_stand_in_the_export(collected):
     with (course.root / "grades.csv").open(newline="", encoding="utf-8") as file:
         rows = {row["student_id"]: float(row["raw_score"]) for row in csv.DictReader(file)}
     assert rows == {"111": 5.0, "222": 3.0, "333": 5.0, "444": 0.0}
+
+
+def test_second_download_replaces_the_first(collected, tmp_path):
+    """With `--force` a later download is collected over the first, and without it nothing is touched."""
+    course = collected[0].copy(tmp_path / "course")
+    folder = course.root / "downloaded" / ASSIGNMENT / "archive"
+    (folder / "submissions.zip").unlink()
+    good = (course.folder("333") / f"{NOTEBOOK}.ipynb").read_bytes()
+    bad = (course.folder("222") / f"{NOTEBOOK}.ipynb").read_bytes()
+    (folder / f"doejane_222_80000_{NOTEBOOK}-2.ipynb").write_bytes(good)
+    assert course.nbgrader("zip_collect", ASSIGNMENT, check=False).returncode != 0
+    assert (course.folder("222") / f"{NOTEBOOK}.ipynb").read_bytes() == bad
+    course.nbgrader("zip_collect", ASSIGNMENT, "--force")
+    assert (course.folder("222") / f"{NOTEBOOK}.ipynb").read_bytes() == good
