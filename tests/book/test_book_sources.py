@@ -22,7 +22,7 @@ DERIVATION = ["derive-symbols", "derive-g", "derive-jacobians", "derive-limits"]
 
 def code_cells(page):
     """Return the code cells of a page as (tags, source)."""
-    cells = jupytext.read(page).cells
+    cells = jupytext.read(page, fmt="md:myst").cells
     return [(c.metadata.get("tags", []), c.source) for c in cells if c.cell_type == "code"]
 
 
