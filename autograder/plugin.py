@@ -16,8 +16,7 @@ SANITIZE = (
     "nbgrader.preprocessors.ClearOutput",
     "nbgrader.preprocessors.DeduplicateIds",
     "nbgrader.preprocessors.OverwriteKernelspec",
-    "nbgrader.preprocessors.OverwriteCells",  # CheckCellMetadata is left out: RepairNotebook wrote the metadata
-)
+)  # OverwriteCells and CheckCellMetadata are left out: RepairNotebook wrote locked cells and metadata from the release
 AUTOGRADE = (
     "autograder.isolated.IsolatedExecute",  # in the place of nbgrader's Execute
     "nbgrader.preprocessors.IgnorePattern",

@@ -175,13 +175,12 @@ def leaks(
     lines = hidden_lines(source)
     faults = [] if lines and numbers else ["there is nothing hidden to look for"]
     pages = {name: course / "feedback" / name / assignment / f"{notebook}.html" for name in students}
-    usual = scripts(pages["perfect"].read_text(encoding="utf-8")) if pages["perfect"].is_file() else set()
+    usual = scripts(_bare(pages["perfect"])) if pages["perfect"].is_file() else set()
     for student, page in pages.items():
         if not page.is_file():
             faults.append(f"{student}: expected feedback, got none")
             continue
-        markup = page.read_text(encoding="utf-8")
-        text = _STYLE.sub("", _DATA.sub("", markup))
+        text = _bare(page)
         read = words(html.unescape(_TAG.sub(" ", text)))
         faults += [
             f"{student}: the feedback holds the hidden line {line!r}"
@@ -190,12 +189,17 @@ def leaks(
         ]
         shown = {_head(number) for number in _NUMBER.findall(text)} & numbers
         faults += [f"{student}: the feedback holds the hidden number {number}" for number in sorted(shown)]
-        faults += [f"{student}: the feedback would run {one[:80]!r}" for one in scripts(markup) - usual]
+        faults += [f"{student}: the feedback would run {one[:80]!r}" for one in scripts(text) - usual]
         graded = course / "autograded" / student / assignment / f"{notebook}.ipynb"
         for cell in nbformat.read(graded, as_version=4).cells:
             printed = "".join(one.get("text", "") for one in cell.get("outputs", []))
             faults += [f"{student}: {line}" for line in printed.splitlines() if line.startswith(REACHED)]
     return faults
+
+
+def _bare(page: Path) -> str:
+    """Return a page without style sheets and pictures, which are most of it."""
+    return _STYLE.sub("", _DATA.sub("", page.read_text(encoding="utf-8")))
 
 
 def exported(path: Path, students: Sequence[str]) -> list[str]:

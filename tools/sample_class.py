@@ -26,8 +26,9 @@ between ``---`` at the top say more, all of it optional:
 Every wrong version of a stage in `autograder.misconceptions` is handed in too, once: the cell is made from the source
 of that version, so that there is one home for it. A sample makes one mistake in each stage, since a mistake in one
 costs nothing in another: ``mistake-<the mistake in the notebook's first stage>`` makes the mistake of the same place in
-the lists of the other stages as well, as long as there is one. Mistakes in symbolic answers are written by hand, by the
-samples that say ``student``. The table that `course` prints names all mistakes of each sample.
+the lists of the other stages as well, as long as there is one, and leaves the cells that no test looks at as released.
+Mistakes in symbolic answers are written by hand, by the samples that say ``student``. The table that `course` prints
+names all mistakes of each sample.
 
 The samples of an assignment's notebooks are dealt to students: one who hands in a sample of the largest class hands in
 one of the same kind of each other notebook too, as long as there are any; see :func:`deal`.
@@ -82,6 +83,8 @@ class Sample:
         What the student writes, by grade id.
     rest : {"solution", "release"}
         What the other cells of the student's hold.
+    further : {"solution", "release"}
+        What those hold that no test looks at.
     delete, duplicate : tuple of str
         Cells of the release that are missing, or there twice.
     rename : dict of str to str
@@ -96,6 +99,7 @@ class Sample:
     about: str
     cells: dict[str, str] = field(default_factory=dict)
     rest: str = "solution"
+    further: str = "solution"
     delete: tuple[str, ...] = ()
     duplicate: tuple[str, ...] = ()
     rename: dict[str, str] = field(default_factory=dict)
@@ -182,7 +186,7 @@ def sample_class(folder: Path, cells: dict[str, str]) -> list[Sample]:
 def mistaken(cells: dict[str, str]) -> list[Sample]:
     """Return the students who between them make every known mistake once, each one mistake in a stage."""
     stages = [[mistake(item, cells) for item in MISCONCEPTIONS if item.stage == stage] for stage in cells]
-    return [together(*filter(None, row)) for row in zip_longest(*stages)]
+    return [replace(together(*filter(None, row)), further="release") for row in zip_longest(*stages)]
 
 
 def deal(classes: dict[str, list[Sample]]) -> dict[str, dict[str, Sample]]:
@@ -324,6 +328,20 @@ def solutions(source: NotebookNode) -> dict[str, str]:
     }
 
 
+def graded(release: NotebookNode) -> set[str]:
+    """Return the cells that a student writes and that are graded: by points of their own, or by the next test cell."""
+    found: set[str] = set()
+    since: set[str] = set()
+    for cell in release.cells:
+        meta = cell.metadata.get("nbgrader", {})
+        if meta.get("solution"):
+            since.add(meta["grade_id"])
+        if meta.get("grade"):
+            found |= {meta["grade_id"]} if meta["solution"] else since
+            since = set()
+    return found
+
+
 def hand_in(
     sample: Sample, release: NotebookNode, answers: dict[str, str], places: dict[str, str]
 ) -> bytes | None:
@@ -355,7 +373,10 @@ def hand_in(
     if unknown := {*written, *sample.delete, *sample.duplicate, *sample.rename} - named:
         raise ValueError(f"{sample.name}: expected cells of the release, got {', '.join(sorted(unknown))}")
     if sample.rest == "solution":
-        written = answers | written
+        looked_at = graded(release)
+        written = {
+            name: text for name, text in answers.items() if sample.further == "solution" or name in looked_at
+        } | written
     cells = []
     for cell in notebook.cells:
         meta = cell.metadata.get("nbgrader", {})

@@ -2,8 +2,9 @@
 
 It forks states, routes requests, keeps time, and never runs a line of the submission. It keeps *states*, processes that
 wait. Cells run in a fork of the last state kept; where one dies or overruns, its process is ended, and a new fork runs
-again what ran well since. A *mark* keeps a state for a test cell; the test cell's calls go to a fork of it which is
-ended afterwards.
+again what ran well since. A *mark* keeps a state for a test cell; the test cell's calls go to that state, which is
+ended afterwards. Where one of them ends it, all states are made anew (see `autograder.session`), and from then on the
+calls go to forks of the marks.
 """
 
 from __future__ import annotations
@@ -95,6 +96,7 @@ class Warden:
         self.since: list[str] = []
         self.marks: dict[int, Holder] = {}
         self.files: dict[int, dict[str, tuple[int, bytes | str | None]] | None] = {}
+        self.forking = False  # whether test cells get forks of their marks
         self.scratch: Holder | None = None
         self.scratch_left = 0.0
 
@@ -251,12 +253,18 @@ class Warden:
         self.end_scratch()
         restore(self.home, self.files[number])
         self.scratch_left = self.limits.cell_cpu
-        self.scratch = self.fork(self.marks[number])
+        if number not in self.marks:
+            raise Ended("lost")
+        mark = self.marks[number]
+        if self.forking or mark is self.top or mark is self.kept or list(self.marks.values()).count(mark) > 1:
+            self.scratch = self.fork(mark)
+        else:
+            self.scratch = self.marks.pop(number)
         return ["done", self.left]
 
     def do_again(self, number: int) -> list:
         """Fork the mark once more, in the same test cell: its process has died."""
-        left = self.scratch_left
+        left, self.forking = self.scratch_left, True
         try:
             return self.do_begin(number)
         finally:
