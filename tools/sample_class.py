@@ -13,6 +13,8 @@ between ``---`` at the top say more, all of it optional:
 
 ``rest: release``
     The student's other cells stay as released; without it they hold the right answers.
+``further: release``
+    Only those stay as released that no test looks at.
 ``delete: [name]``, ``duplicate: [name]``, ``rename: {name: other}``
     What happens to cells of the release.
 ``file: text`` or ``file: none``
@@ -68,7 +70,7 @@ _CELL = re.compile(
     r"^```\{cell\} (?P<name>\S+)(?: from (?P<path>\S+))?\n(?P<source>.*?)^```$", re.DOTALL | re.MULTILINE
 )
 _MARKER = re.compile(r"^.*(?:###|===) (?:BEGIN|END) SOLUTION.*\n?", re.MULTILINE)
-_OPTIONS = {"rest", "delete", "duplicate", "rename", "file", "student"}
+_OPTIONS = {"rest", "further", "delete", "duplicate", "rename", "file", "student"}
 
 
 @dataclass(frozen=True)
