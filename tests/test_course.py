@@ -22,7 +22,7 @@ def load(name):
     return sys.modules[name]
 
 
-for tool in ("notebooks", "sample_class", "course_report"):
+for tool in ("notebooks", "student_source", "listener", "sample_class", "course_report"):
     load(tool)
 course, report = load("course"), load("course_report")
 Result = course.Result

@@ -24,7 +24,7 @@ def load(name):
     return sys.modules[name]
 
 
-notebooks, sample_class = load("notebooks"), load("sample_class")
+notebooks, _, sample_class = (load(name) for name in ("notebooks", "student_source", "sample_class"))
 
 
 def meta(cell):

@@ -32,6 +32,8 @@ def load(name):
 
 
 load("notebooks")
+load("student_source")
+load("listener")
 sample_class = load("sample_class")
 load("course_report")
 course = load("course")

@@ -73,6 +73,8 @@ def honest(tmp_path_factory):
     """Grade the honest part of the sample class both ways."""
     folder = tmp_path_factory.mktemp("honest")
     load("notebooks").build_sources(ROOT / "solutions", folder / "sources")
+    load("student_source")
+    load("listener")
     load("sample_class")
     load("course_report")
     course = load("course")
