@@ -7,6 +7,9 @@ pictures, which takes as long as all the rest; `feedback` and `sanitize` write t
 
 from __future__ import annotations
 
+import multiprocessing
+import os
+import threading
 from typing import TYPE_CHECKING, Any
 
 from nbconvert.exporters import HTMLExporter
@@ -14,7 +17,8 @@ from nbconvert.exporters.templateexporter import TemplateExporter
 from nbconvert.filters.highlight import Highlight2HTML
 from nbconvert.filters.widgetsdatatypefilter import WidgetsDataTypeFilter
 from nbgrader.converters import GenerateFeedback
-from traitlets import default
+from nbgrader.converters.base import NbGraderException
+from traitlets import Integer, default
 
 from .database import one_engine
 from .sanitize import remembered
@@ -78,7 +82,27 @@ class Feedback(GenerateFeedback):
     def _exporter_class_default(self) -> type:
         return FeedbackExporter
 
+    jobs = Integer(0, help="How many processes write feedback; 0 for one per processor.").tag(config=True)
+
     def convert_notebooks(self) -> None:
-        """Write the feedback of all submissions that need it."""
+        """Write the feedback of all submissions that need it, each process for its part of the class."""
+        jobs = self.jobs or os.cpu_count() or 1
+        names = sorted(self.assignments)
+        # A fork takes this thread alone along, so a server, which has others, does without.
+        if min(jobs, len(names)) < 2 or threading.active_count() > 1:
+            self._convert(names)
+            return
+        fork = multiprocessing.get_context("fork")
+        parts = [names[start::jobs] for start in range(jobs)]
+        processes = [fork.Process(target=self._convert, args=(part,)) for part in parts if part]
+        for process in processes:
+            process.start()
+        for process in processes:
+            process.join()
+        if any(process.exitcode for process in processes):
+            raise NbGraderException("some feedback could not be written; the log says why")
+
+    def _convert(self, names: list[str]) -> None:
+        self.assignments = {name: self.assignments[name] for name in names}
         with one_engine():
             super().convert_notebooks()

@@ -22,7 +22,7 @@ def load(name):
     return sys.modules[name]
 
 
-for tool in ("notebooks", "student_source", "listener", "sample_class", "course_report"):
+for tool in ("notebooks", "student_source", "listener", "inputs", "sample_class", "course_report"):
     load(tool)
 course, report = load("course"), load("course_report")
 Result = course.Result
@@ -90,15 +90,6 @@ def test_listener_hears():
         assert not listener.hears()
     with pytest.raises(OSError, match=r".+"):
         socket.create_connection(("127.0.0.1", listener.port), timeout=1).close()
-
-
-@pytest.mark.parametrize(
-    "names", [["a"], ["a1", "a2", "b"], ["mistake", "manual", "blank", "perfect", "eight"]]
-)
-def test_halves_take_every_student_once(names):
-    """The patterns that feedback is made by hold every student in exactly one of them."""
-    patterns = course.halves(names)
-    assert [sum(name[0] in pattern[1:-2] for pattern in patterns) for name in names] == [1] * len(names)
 
 
 @pytest.mark.parametrize(
@@ -260,3 +251,29 @@ def test_results_are_compared_with_the_table_of_each_notebook(monkeypatch):
     ]
     del found["two"]["bob"]
     assert "two: bob: expected in the gradebook, got no such student" in course.compare(students, found)
+
+
+def test_a_change_of_anything_the_class_is_made_from_is_seen(tmp_path, monkeypatch):
+    """A changed, a new and a renamed file change the hash; byte code and check points do not."""
+    inputs = load("inputs")
+    monkeypatch.setattr(inputs, "ROOT", tmp_path)
+    for name in inputs.FILES:
+        (tmp_path / name).write_text("")
+    (tmp_path / "samples").mkdir()
+    hashes = [inputs.fingerprint(), inputs.fingerprint("more")]
+    (tmp_path / "samples" / "a.md").write_text("1")
+    hashes.append(inputs.fingerprint())
+    (tmp_path / "samples" / "a.md").write_text("2")
+    hashes.append(inputs.fingerprint())
+    (tmp_path / "samples" / "a.md").rename(tmp_path / "samples" / "b.md")
+    hashes.append(inputs.fingerprint())
+    assert len(set(hashes)) == 5
+    (tmp_path / "samples" / "__pycache__").mkdir()
+    (tmp_path / "samples" / "__pycache__" / "x.pyc").write_text("3")
+    assert inputs.fingerprint() == hashes[-1]
+
+
+def test_every_folder_the_class_is_made_from_is_there():
+    """The list of folders and files names none that has moved."""
+    inputs = load("inputs")
+    assert all((ROOT / name).exists() for name in (*inputs.FOLDERS, *inputs.FILES))

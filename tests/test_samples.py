@@ -34,6 +34,7 @@ def load(name):
 load("notebooks")
 load("student_source")
 load("listener")
+load("inputs")
 sample_class = load("sample_class")
 load("course_report")
 course = load("course")

@@ -1,15 +1,16 @@
 """Grade the sample class with the stock nbgrader commands, in a course of its own, and hold every score.
 
-The course stands in ``build/demo`` and is new each time: its configuration is the repository's with folders, a
+The course stands in ``build/demo`` and is new each time, unless nothing has changed since it was graded as expected,
+when it is only looked at again: its configuration is the repository's with folders, a
 gradebook and a secret of its own. `sample_class` hands in the samples; ``nbgrader generate_assignment``,
 ``autograde``, ``generate_feedback`` and ``export`` do the work; then everything that a class must come out of it with
 is looked at: each score and recognised mistake against ``samples/<assignment>/<notebook>/expected.csv``, which are
 written by hand, a gradebook row for each grade cell of each student, feedback that shows nothing hidden and runs
 nothing of a student's, and processor seconds within the limit of the configuration.
 
-Usage: ``python tools/course.py [--every-mistake] [--notebook NAME ...]``. Without ``--every-mistake`` only the first
-notebook's samples make all known mistakes, those of the others every third one; ``make test`` grades them all. The
-exit status is 0 if all is as expected.
+Usage: ``python tools/course.py [--every-mistake] [--notebook NAME ...] [--anew]``. Without ``--every-mistake`` only the
+first notebook's samples make all known mistakes, those of the others every third one; ``make test`` grades them all.
+The exit status is 0 if all is as expected.
 """
 
 from __future__ import annotations
@@ -30,6 +31,7 @@ from typing import TYPE_CHECKING
 import course_report
 import nbformat
 import sample_class
+from inputs import fingerprint
 from listener import Listener
 from nbgrader.api import Gradebook
 from traitlets.config import PyFileConfigLoader
@@ -44,6 +46,7 @@ if TYPE_CHECKING:
 
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "build" / "demo"
+MADE = DEMO / ".made-from"  # of what the class was graded as expected
 ASSIGNMENT = "ekf-localization"
 MANUAL, MISSING = "manual", "no row"
 DIAGNOSIS = "diagnosis"
@@ -187,8 +190,14 @@ def prepare(course: Path, only: Sequence[str] = ()) -> dict[str, NotebookNode]:
     if unknown := set(only) - set(paths):
         raise SystemExit(f"--notebook: expected one of {', '.join(paths)}, got {', '.join(sorted(unknown))}")
     for name in set(paths) - set(only or paths):
-        paths.pop(name).unlink()
-    return {name: nbformat.read(path, as_version=4) for name, path in paths.items()}
+        paths[name].unlink()
+    return read_sources(course)
+
+
+def read_sources(course: Path) -> dict[str, NotebookNode]:
+    """Return the sources of the notebooks of the assignment."""
+    paths = sorted((course / "source" / ASSIGNMENT).glob("*.ipynb"))
+    return {path.stem: nbformat.read(path, as_version=4) for path in paths}
 
 
 def students_of(sources: dict[str, NotebookNode], *, every_mistake: bool = True) -> Class:
@@ -270,15 +279,6 @@ def running(course: Path, *commands: Sequence[str], bar: bool = False) -> Iterat
             raise RuntimeError(f"nbgrader {' '.join(command)} failed:\n{log.read_text()[-4000:]}")
 
 
-def halves(names: Sequence[str]) -> list[str]:
-    """Return two patterns of student ids, each for about half of the class."""
-    initials = sorted({name[0] for name in names}, key=lambda one: -sum(name[0] == one for name in names))
-    first: list[str] = []
-    while sum(name[0] in first for name in names) < len(names) / 2 and initials:
-        first.append(initials.pop(0))
-    return [f"[{''.join(group)}]*" for group in (first, initials) if group]
-
-
 def print_table(notebook: str, found: dict[str, Result]) -> None:
     """Print scores and recognised mistakes of a notebook, a line for each sample."""
     columns = list(next(iter(found.values())).scores) if found else []
@@ -290,6 +290,65 @@ def print_table(notebook: str, found: dict[str, Result]) -> None:
     print()
 
 
+def grade(course: Path, options: argparse.Namespace, clock: Clock) -> list[str]:
+    """Hand the class in and let nbgrader grade it; return what is not as expected."""
+    faults: list[str] = []
+    with Listener() as listener:
+        with clock("source built"):
+            sources = prepare(course, options.notebook)
+        with (
+            clock("nbgrader generate_assignment, sample class handed in"),
+            running(course, ["generate_assignment", ASSIGNMENT]),
+        ):
+            students = students_of(sources, every_mistake=options.every_mistake)
+            hand_in(course, sources, students, listener.port)
+        if not listener.hears():
+            faults.append("the listener does not hear connections, so that none proves nothing")
+        count = sum(map(len, students.values()))
+        with (
+            clock(f"nbgrader autograde: {count} notebooks of {len(students)} students"),
+            running(course, ["autograde", ASSIGNMENT], bar=True),
+        ):
+            pass
+        if listener.visits:
+            faults.append(f"connects-out: the listener had {listener.visits} connections")
+    with (
+        clock("nbgrader generate_feedback, export"),
+        running(course, ["generate_feedback", ASSIGNMENT], ["export"]),
+    ):
+        pass
+    return faults
+
+
+def look(course: Path, students: Class, sources: dict[str, NotebookNode]) -> list[str]:
+    """Look at everything that a graded class leaves behind, print it, and return what is not as expected."""
+    found = read_results(course, students)
+    faults = compare(students, found)
+    names = list(students)
+    seconds, limit = {}, processor_limit()
+    numbers = course_report.hidden_numbers((course / FILE).read_text(encoding="utf-8").strip())
+    with ProcessPoolExecutor() as pool:
+        leaks = [
+            pool.submit(course_report.leaks, course, ASSIGNMENT, name, names, source, numbers)
+            for name, source in sources.items()
+        ]
+    for name, leak in zip(sources, leaks, strict=True):
+        faults += leak.result()
+        took = course_report.seconds(course, ASSIGNMENT, name, names)
+        faults += course_report.overruns(took, names, limit)
+        seconds |= {(student, name): value for student, value in took.items()}
+    faults += course_report.exported(course / "grades.csv", names)
+    print()
+    for name, results in found.items():
+        handed_in = {has[name].name for has in students.values() if name in has}
+        print_table(name, {sample: result for sample, result in results.items() if sample in handed_in})
+    if seconds:
+        longest = max(seconds, key=seconds.__getitem__)
+        took = f"{seconds[longest]:.1f} processor seconds"
+        print(f"Longest: {', '.join(longest)}, {took}; the limit is {limit:g}.\n")
+    return faults
+
+
 def main(arguments: Sequence[str] | None = None) -> int:
     """Grade the class, look at what came out, and say so."""
     parser = argparse.ArgumentParser(description="Grade the sample class and hold every score.")
@@ -297,59 +356,20 @@ def main(arguments: Sequence[str] | None = None) -> int:
         "--every-mistake", action="store_true", help="in each notebook, not in the first alone"
     )
     parser.add_argument("--notebook", action="append", default=[], help="grade this notebook alone")
+    parser.add_argument("--anew", action="store_true", help="grade it again though nothing has changed")
     options = parser.parse_args(arguments)
-    clock = Clock()
-    faults: list[str] = []
+    clock, faults = Clock(), []
     print(f"Sample class in {DEMO}")
-    with Listener() as listener:
-        with clock("source built"):
-            sources = prepare(DEMO, options.notebook)
-        with (
-            clock("nbgrader generate_assignment, sample class handed in"),
-            running(DEMO, ["generate_assignment", ASSIGNMENT]),
-        ):
-            students = students_of(sources, every_mistake=options.every_mistake)
-            hand_in(DEMO, sources, students, listener.port)
-        if not listener.hears():
-            faults.append("the listener does not hear connections, so that none proves nothing")
-        count = sum(map(len, students.values()))
-        with (
-            clock(f"nbgrader autograde: {count} notebooks of {len(students)} students"),
-            running(DEMO, ["autograde", ASSIGNMENT], bar=True),
-        ):
-            pass
-        if listener.visits:
-            faults.append(f"connects-out: the listener had {listener.visits} connections")
-    feedback = [["generate_feedback", ASSIGNMENT, f"--student={part}"] for part in halves(list(students))]
-    with clock("nbgrader generate_feedback, export"), running(DEMO, *feedback, ["export"]):
-        found = read_results(DEMO, students)
+    made = fingerprint(str(options.every_mistake), *options.notebook)
+    if options.anew or not MADE.exists() or MADE.read_text(encoding="utf-8") != made:
+        faults = grade(DEMO, options, clock)
+    else:
+        print("         graded before, and nothing has changed since: --anew grades it again")
+    sources = read_sources(DEMO)
+    students = students_of(sources, every_mistake=options.every_mistake)
     with clock("everything looked at"):
-        faults += compare(students, found)
-        seconds, limit = {}, processor_limit()
-        numbers = course_report.hidden_numbers((DEMO / FILE).read_text(encoding="utf-8").strip())
-        with ProcessPoolExecutor() as pool:
-            looked_at = {
-                name: pool.submit(
-                    course_report.leaks, DEMO, ASSIGNMENT, name, list(students), source, numbers
-                )
-                for name, source in sources.items()
-            }
-        for name, leaks in looked_at.items():
-            faults += leaks.result()
-            took = course_report.seconds(DEMO, ASSIGNMENT, name, list(students))
-            faults += course_report.overruns(took, list(students), limit)
-            seconds |= {(student, name): value for student, value in took.items()}
-        faults += course_report.exported(DEMO / "grades.csv", list(students))
+        faults += look(DEMO, students, sources)
     print(f"{clock.total:6.1f} s  together\n")
-    for name, results in found.items():
-        handed_in = {has[name].name for has in students.values() if name in has}
-        print_table(name, {sample: result for sample, result in results.items() if sample in handed_in})
-    if seconds:
-        longest = max(seconds, key=seconds.__getitem__)
-        print(
-            f"Longest: {', '.join(longest)}, {seconds[longest]:.1f} processor seconds; the limit is {limit:g}."
-        )
-    print()
     for what, path in (
         ("book", ROOT / "_build" / "html" / "index.html"),
         ("notebooks", ROOT / "notebooks" / ASSIGNMENT),
@@ -358,9 +378,11 @@ def main(arguments: Sequence[str] | None = None) -> int:
     ):
         print(f"{what:10} {path}{'' if path.exists() else '  (not there)'}")
     if faults:
+        MADE.unlink(missing_ok=True)
         print(f"\n{len(faults)} things are not as expected:", file=sys.stderr)
         print("\n".join(f"  {fault}" for fault in faults), file=sys.stderr)
         return 1
+    MADE.write_text(made, encoding="utf-8")
     print(f"\nAll {len(students)} students got what they must get.")
     return 0
 

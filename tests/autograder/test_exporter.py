@@ -2,12 +2,19 @@
 
 from __future__ import annotations
 
+import os
+import threading
+
 import nbformat
+import pytest
 from bs4 import BeautifulSoup
 from nbconvert.exporters import HTMLExporter
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
+from nbgrader.converters import GenerateFeedback
+from nbgrader.converters.base import NbGraderException
+from nbgrader.coursedir import CourseDirectory
 
-from autograder.exporter import FeedbackExporter, highlight
+from autograder.exporter import Feedback, FeedbackExporter, highlight
 from autograder.feedback import LeakFreeFeedback
 from autograder.sanitize import clean_html, markdown2html, remembered
 
@@ -60,3 +67,53 @@ def test_other_languages_are_highlighted_as_such():
     assert "hl-bash" in highlight("ls", "bash")
     assert 'class="nt">p<' in highlight("<p>", metadata={"magics_language": "html"})
     assert "hl-ipython3" in highlight("ls")
+
+
+@pytest.fixture
+def feedback(tmp_path, monkeypatch):
+    """Return a step that only notes which process writes whose feedback, and a function that reads the notes."""
+
+    def convert(self):
+        for name in self.assignments:
+            if name == "bad":
+                raise ValueError(name)
+            with (tmp_path / name).open("a") as file:
+                file.write(f"{os.getpid()} ")
+
+    monkeypatch.setattr(GenerateFeedback, "convert_notebooks", convert)
+    step = Feedback(coursedir=CourseDirectory(root=str(tmp_path)), jobs=2)
+    return step, lambda: {path.name: path.read_text().split() for path in tmp_path.iterdir()}
+
+
+def test_feedback_is_written_by_several_processes(feedback):
+    """Each student's feedback is written once, by one of two processes that are not this one."""
+    step, written = feedback
+    step.assignments = {name: [] for name in "abcde"}
+    step.convert_notebooks()
+    assert {name: len(pids) for name, pids in written().items()} == dict.fromkeys("abcde", 1)
+    pids = {pid for pids in written().values() for pid in pids}
+    assert len(pids) == 2
+    assert str(os.getpid()) not in pids
+
+
+def test_feedback_that_fails_is_an_error(feedback, capfd):
+    """Where one process fails, the others finish, and the command says so."""
+    step, written = feedback
+    step.assignments = {name: [] for name in ("a", "b", "bad", "c")}
+    with pytest.raises(NbGraderException, match="some feedback could not be written"):
+        step.convert_notebooks()
+    assert {"b", "c"} <= set(written())
+    assert "ValueError: bad" in capfd.readouterr().err
+
+
+def test_feedback_in_a_server_is_written_by_one_process(feedback):
+    """Beside other threads nothing is forked."""
+    step, written = feedback
+    step.assignments = {"a": [], "b": []}
+    stop = threading.Event()
+    thread = threading.Thread(target=stop.wait)
+    thread.start()
+    step.convert_notebooks()
+    stop.set()
+    thread.join()
+    assert written() == {name: [str(os.getpid())] for name in "ab"}

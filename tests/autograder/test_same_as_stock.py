@@ -75,6 +75,7 @@ def honest(tmp_path_factory):
     load("notebooks").build_sources(ROOT / "solutions", folder / "sources")
     load("student_source")
     load("listener")
+    load("inputs")
     load("sample_class")
     load("course_report")
     course = load("course")
