@@ -1,0 +1,361 @@
+r"""SLAM with points: a robot that maps landmarks by bearing and range, and finds itself among them.
+
+The state is the pose and the landmarks, x = (x, y, theta, l_x, l_y, ...). A control moves the robot d ahead and
+then turns it by alpha; the error of the step is given in the frame of the robot, so it is turned into the world:
+
+.. math::
+
+    \Sigma \leftarrow G \Sigma G^T + L R L^T, \qquad
+    G = \begin{pmatrix} 1 & 0 & -d \sin\theta \\ 0 & 1 & d \cos\theta \\ 0 & 0 & 1 \end{pmatrix}, \qquad
+    L = \begin{pmatrix} \cos\theta & -\sin\theta & 0 \\ \sin\theta & \cos\theta & 0 \\ 0 & 0 & 1 \end{pmatrix}.
+
+A landmark is seen at a bearing and a range. Both follow from landmark minus pose, delta, with q its square:
+
+.. math::
+
+    z = \begin{pmatrix} \operatorname{atan2}(\delta_y, \delta_x) - \theta \\ \sqrt{q} \end{pmatrix}, \qquad
+    H_p = \begin{pmatrix} \delta_y / q & -\delta_x / q & -1 \\
+                          -\delta_x / \sqrt{q} & -\delta_y / \sqrt{q} & 0 \end{pmatrix}, \qquad
+    H_l = \begin{pmatrix} -\delta_y / q & \delta_x / q \\
+                          \delta_x / \sqrt{q} & \delta_y / \sqrt{q} \end{pmatrix}.
+
+A landmark enters the state at l = (x + r cos(beta + theta), y + r sin(beta + theta)). Where the robot is wrong the
+landmark is wrong with it: with J_pose and J_z the derivatives of l, its covariance with the pose is
+J_pose Sigma_pose, and that of two landmarks is J_pose Sigma_pose J_pose'^T. Zeros in these places, as a first guess
+would have them, claim what nobody knows: that the map is independent of the robot that drew it.
+
+Every landmark is seen in every step and known by its place in the list, so there is no association here.
+
+Source: CMU 16-833 (Robot Localization and Mapping), homework 2, problems 1 to 3.
+"""
+
+from math import atan2, cos, hypot, sin
+from operator import index
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from roboloc.angles import wrap
+from roboloc.validation import as_array, as_floats
+from roboloc_reference.gaussian import measurement_update
+
+
+def init_landmarks(
+    z: ArrayLike, Q: ArrayLike, pose: ArrayLike, pose_cov: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Begin the map: landmarks where the first look of an uncertain robot puts them.
+
+    Parameters
+    ----------
+    z : (2k,) array_like
+        Bearing and range of each landmark, one after another [rad, m, rad, m, ...]; no range is negative.
+    Q : (2, 2) array_like
+        Covariance of one bearing and range, the same for all; their errors are independent of each other.
+    pose : (3,) array_like
+        Where the robot believes to be: x, y, theta [m, m, rad].
+    pose_cov : (3, 3) array_like
+        Covariance of the pose, symmetric.
+
+    Returns
+    -------
+    x : (3 + 2k,) ndarray
+        Pose and landmarks [m, m, rad, m, m, ...].
+    Sigma : (3 + 2k, 3 + 2k) ndarray
+        Their covariance, exactly symmetric, with all cross-covariances.
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite, if z has odd length, or if a range is negative.
+
+    Notes
+    -----
+    Source: CMU 16-833, homework 2, problem 1.3 and 3.1.
+
+    Examples
+    --------
+    A robot that does not know its place to 0.1 m sees a landmark 2 m ahead, to 0.01 m. The landmark is not known
+    better than the robot, but how far apart the two are is known to 0.01 m.
+
+    >>> x, Sigma = init_landmarks([0.0, 2.0], np.diag([0.0, 1e-4]), np.zeros(3), np.diag([0.01, 0.0, 0.0]))
+    >>> x[3:].tolist(), round(float(Sigma[3, 3]), 12)
+    ([2.0, 0.0], 0.0101)
+    >>> round(float(np.sqrt(Sigma[0, 0] + Sigma[3, 3] - 2 * Sigma[0, 3])), 12)
+    0.01
+    """
+    beta, r = _pairs("z", z).T
+    Q = as_array("Q", Q, (2, 2))
+    pose = as_array("pose", pose, (3,))
+    pose_cov = as_array("pose_cov", pose_cov, (3, 3))
+    if r.size and r.min() < 0.0:
+        raise ValueError(f"z: expected no negative range, got {r.min()}")
+
+    k = r.size
+    along = np.stack([np.cos(beta + pose[2]), np.sin(beta + pose[2])], axis=-1)
+    across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
+    J_z = np.stack([r[:, None] * across, along], axis=-1)  # by bearing and range
+    to_all = np.zeros((3 + 2 * k, 3))  # derivative of the whole state by the pose
+    to_all[:3] = np.eye(3)
+    to_all[3:, :2] = np.tile(np.eye(2), (k, 1))
+    to_all[3:, 2] = J_z[:, :, 0].ravel()  # a turn of the robot acts as a bearing does
+
+    Sigma = to_all @ pose_cov @ to_all.T
+    Sigma[3:, 3:] += _block_diagonal(J_z @ Q @ J_z.swapaxes(1, 2))
+    return np.concatenate([pose, (pose[:2] + r[:, None] * along).ravel()]), (Sigma + Sigma.T) / 2
+
+
+def predict(
+    x: ArrayLike, Sigma: ArrayLike, control: ArrayLike, control_cov: ArrayLike
+) -> tuple[np.ndarray, np.ndarray]:
+    """Predict: drive d ahead, then turn by alpha; the landmarks stay.
+
+    Parameters
+    ----------
+    x : (3 + 2k,) array_like
+        Pose and landmarks [m, m, rad, m, m, ...].
+    Sigma : (3 + 2k, 3 + 2k) array_like
+        Their covariance, symmetric.
+    control : (2,) array_like
+        Way ahead d and turn alpha [m, rad].
+    control_cov : (3, 3) array_like
+        Covariance of the error of the step along, across and in heading, in the frame of the robot, symmetric.
+
+    Returns
+    -------
+    x : (3 + 2k,) ndarray
+        Pose after the step, its heading not wrapped, and the landmarks unchanged.
+    Sigma : (3 + 2k, 3 + 2k) ndarray
+        Covariance after the step; the block of the landmarks is unchanged.
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite.
+
+    Notes
+    -----
+    Only the rows and columns of the pose are worked on: the cost is linear in k, but for the copy of Sigma.
+    Source: CMU 16-833, homework 2, problem 1.1 and 1.2.
+
+    Examples
+    --------
+    A robot that faces along y and may slip 0.1 m along its way is uncertain in y, not in x.
+
+    >>> x = [0.0, 0.0, np.pi / 2]
+    >>> x, Sigma = predict(x, np.zeros((3, 3)), [1.0, 0.2], np.diag([0.01, 0.0, 0.0]))
+    >>> (x[:2].round(12) + 0.0).tolist(), np.sqrt(np.diag(Sigma)).round(12).tolist()
+    ([0.0, 1.0], [0.0, 0.1, 0.0])
+    """
+    x = _state(x)
+    n = x.size
+    Sigma = as_array("Sigma", Sigma, (n, n))
+    d, alpha = as_floats("control", control, 2)
+    R = as_array("control_cov", control_cov, (3, 3))
+
+    c, s = cos(x[2]), sin(x[2])
+    G = np.array([[1.0, 0.0, -d * s], [0.0, 1.0, d * c], [0.0, 0.0, 1.0]])
+    L = np.array([[c, -s, 0.0], [s, c, 0.0], [0.0, 0.0, 1.0]])
+    x = x.copy()
+    x[:3] += [d * c, d * s, alpha]
+    Sigma = Sigma.copy()
+    pose = G @ Sigma[:3, :3] @ G.T + L @ R @ L.T
+    Sigma[:3, :3] = (pose + pose.T) / 2
+    Sigma[:3, 3:] = G @ Sigma[:3, 3:]
+    Sigma[3:, :3] = Sigma[:3, 3:].T
+    return x, Sigma
+
+
+def measurement(x: ArrayLike, j: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Predict how landmark j is seen, with the derivatives by the pose and by the landmark.
+
+    Parameters
+    ----------
+    x : (3 + 2k,) array_like
+        Pose and landmarks [m, m, rad, m, m, ...].
+    j : int
+        Which landmark, from 0 to k - 1.
+
+    Returns
+    -------
+    z : (2,) ndarray
+        Bearing, in [-pi, pi), and range [rad, m].
+    Hp : (2, 3) ndarray
+        Derivative of z by the pose.
+    Hl : (2, 2) ndarray
+        Derivative of z by the landmark.
+
+    Raises
+    ------
+    ValueError
+        If x has another shape or is not finite, if there is no landmark j, or if it lies on the robot, where a
+        bearing has no meaning.
+
+    Notes
+    -----
+    Source: CMU 16-833, homework 2, problem 1.4 to 1.6.
+
+    Examples
+    --------
+    A landmark 4 m to the left: a robot that moves 1 m ahead sees it fall back by about a quarter of a radian.
+
+    >>> z, Hp, Hl = measurement([0.0, 0.0, 0.0, 0.0, 4.0], 0)
+    >>> float(z[1]), float(z[0] / np.pi), float(Hp[0, 0])
+    (4.0, 0.5, 0.25)
+    """
+    x = _state(x)
+    count = (x.size - 3) // 2
+    try:
+        j = index(j)
+    except TypeError as error:
+        raise ValueError(f"j: expected a whole number, got {type(j).__name__}") from error
+    if not 0 <= j < count:
+        raise ValueError(f"j: expected a landmark from 0 to k - 1 with k = {count}, got {j}")
+
+    px, py, theta = x[:3].tolist()
+    lx, ly = x[3 + 2 * j : 5 + 2 * j].tolist()
+    dx, dy = lx - px, ly - py
+    r = hypot(dx, dy)
+    if not r:
+        raise ValueError(f"x: expected landmark {j} off the robot, got both at ({px}, {py})")
+    c, s = dx / r, dy / r  # divided before they are multiplied, a range of 1e-200 does no harm
+    Hl = np.array([[-s / r, c / r], [c, s]])
+    Hp = np.array([[s / r, -c / r, -1.0], [-c, -s, 0.0]])
+    return np.array([wrap(atan2(dy, dx) - theta), r]), Hp, Hl
+
+
+def update(x: ArrayLike, Sigma: ArrayLike, z: ArrayLike, Q: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Correct: condition pose and map on one look at every landmark, all at once.
+
+    Parameters
+    ----------
+    x : (3 + 2k,) array_like
+        Pose and landmarks before the look [m, m, rad, m, m, ...].
+    Sigma : (3 + 2k, 3 + 2k) array_like
+        Their covariance, symmetric.
+    z : (2k,) array_like
+        Bearing and range of each landmark, in their order [rad, m, rad, m, ...].
+    Q : (2, 2) array_like
+        Covariance of one bearing and range, symmetric, positive definite.
+
+    Returns
+    -------
+    x : (3 + 2k,) ndarray
+        Corrected pose, its heading not wrapped, and landmarks.
+    Sigma : (3 + 2k, 3 + 2k) ndarray
+        Corrected covariance, exactly symmetric, in Joseph's form.
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite, if a landmark lies on the robot, or if the innovation
+        has a singular covariance.
+
+    Notes
+    -----
+    All landmarks are linearized about the same x. One after another gives the same covariance and mean if each
+    keeps that x, and something else if each is linearized where the one before has moved the mean.
+    Source: CMU 16-833, homework 2, problem 2.
+
+    Examples
+    --------
+    A robot knows a landmark 2 m ahead exactly and its own place to 0.1 m. It sees the landmark 0.1 m nearer, with
+    an error of 0.1 m: it is believed to be half of that ahead.
+
+    >>> x, Sigma = [0.0, 0.0, 0.0, 2.0, 0.0], np.diag([0.01, 0.0, 0.0, 0.0, 0.0])
+    >>> x, Sigma = update(x, Sigma, [0.0, 1.9], np.diag([0.01, 0.01]))
+    >>> float(x[0].round(12)), float(Sigma[0, 0].round(12))
+    (0.05, 0.005)
+    """
+    x = _state(x)
+    n = x.size
+    k = (n - 3) // 2
+    Sigma = as_array("Sigma", Sigma, (n, n))
+    z = as_array("z", z, (2 * k,))
+    Q = as_array("Q", Q, (2, 2))
+
+    H = np.zeros((2 * k, n))
+    v = np.zeros((k, 2))
+    for j in range(k):
+        h, H[2 * j : 2 * j + 2, :3], H[2 * j : 2 * j + 2, 3 + 2 * j : 5 + 2 * j] = measurement(x, j)
+        v[j] = z[2 * j : 2 * j + 2] - h
+    v[:, 0] = wrap(v[:, 0])
+    return measurement_update(x, Sigma, v.ravel(), _block_diagonal(np.broadcast_to(Q, (k, 2, 2))), H)
+
+
+def evaluate(x: ArrayLike, Sigma: ArrayLike, truth: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Compare the map with the truth: in metres, and in standard deviations of its own claim.
+
+    Parameters
+    ----------
+    x : (3 + 2k,) array_like
+        Pose and landmarks [m, m, rad, m, m, ...].
+    Sigma : (3 + 2k, 3 + 2k) array_like
+        Their covariance, symmetric, positive definite in the block of each landmark.
+    truth : (2k,) array_like
+        Where the landmarks are, in their order [m].
+
+    Returns
+    -------
+    euclidean : (k,) ndarray
+        Distance of each landmark from its true place [m].
+    mahalanobis : (k,) ndarray
+        The same in standard deviations: the root of e' S^-1 e, whose square is chi-square with two degrees of
+        freedom where the filter is honest.
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite, or if a landmark has no positive definite covariance.
+
+    Notes
+    -----
+    Source: CMU 16-833, homework 2, problem 2.4.
+
+    Examples
+    --------
+    A landmark 0.2 m off in a direction in which it is known to 0.1 m is two standard deviations off.
+
+    >>> Sigma = np.diag([0.0, 0.0, 0.0, 0.01, 0.0001])
+    >>> euclidean, mahalanobis = evaluate([0.0, 0.0, 0.0, 5.0, 1.0], Sigma, [5.2, 1.0])
+    >>> euclidean.round(12).tolist(), mahalanobis.round(12).tolist()
+    ([0.2], [2.0])
+    """
+    x = _state(x)
+    n = x.size
+    k = (n - 3) // 2
+    Sigma = as_array("Sigma", Sigma, (n, n))
+    error = x[3:].reshape(k, 2) - as_array("truth", truth, (2 * k,)).reshape(k, 2)
+    j = np.arange(k)
+    S = Sigma[3:, 3:].reshape(k, 2, k, 2)[j, :, j, :]
+    try:
+        whitened = np.linalg.solve(np.linalg.cholesky(S), error[..., None])[..., 0]
+    except np.linalg.LinAlgError as failure:
+        raise ValueError(
+            "Sigma: expected each landmark's block positive definite, got one that is not"
+        ) from failure
+    return np.hypot(error[:, 0], error[:, 1]), np.hypot(whitened[:, 0], whitened[:, 1])
+
+
+def _state(x: ArrayLike) -> np.ndarray:
+    """Return x as a pose followed by pairs."""
+    x = as_array("x", x, ("n",))
+    if x.size < 3 or x.size % 2 == 0:
+        raise ValueError(f"x: expected shape (3 + 2k,), got shape ({x.size},)")
+    return x
+
+
+def _pairs(name: str, value: ArrayLike) -> np.ndarray:
+    """Return a vector of even length as an array (k, 2)."""
+    array = as_array(name, value, ("2k",))
+    if array.size % 2:
+        raise ValueError(f"{name}: expected shape (2k,), got shape ({array.size},)")
+    return array.reshape(-1, 2)
+
+
+def _block_diagonal(blocks: np.ndarray) -> np.ndarray:
+    """Put (k, 2, 2) blocks on the diagonal of a (2k, 2k) matrix; k = 0 gives (0, 0)."""
+    k = len(blocks)
+    matrix = np.zeros((k, 2, k, 2))
+    j = np.arange(k)
+    matrix[j, :, j, :] = blocks
+    return matrix.reshape(2 * k, 2 * k)
