@@ -14,7 +14,7 @@ is 0 in floating point for every particle, their sum is not.
 
 No loop runs over particles. Inside, particles are the last index, so that every operation runs along a
 contiguous row, and they are taken in blocks that stay in the cache; nothing of the size particles x observations
-x lines is ever stored. Two observations make each pair cheap:
+x lines is ever stored, but for a block. Two observations make each pair cheap:
 
 * the distance of a line from a scanner at (X, Y) in the world is r - X cos(alpha) - Y sin(alpha): one sine and one
   cosine for a particle, whatever the number of lines;
@@ -26,8 +26,9 @@ Results have the shapes of the handout; they are views whose last index in memor
 Source: Stanford AA274A (2021), problem set 4, problem 3. The tests hold it against plain loops.
 """
 
+import threading
 import warnings
-from math import pi
+from math import pi, prod
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -35,8 +36,12 @@ from numpy.typing import ArrayLike
 from roboloc.angles import TURN
 from roboloc.validation import as_array, as_floats, as_number
 
-# Particles handled at a time: a few dozen rows of this length fit into the second-level cache.
+# Particles handled at a time, at most; fewer where pairs of observation and line are many.
 _BLOCK = 2048
+_PAIRS = 150_000
+
+# Fresh memory costs more than what is written to it, so each thread keeps the memory of its last block.
+_kept = threading.local()
 
 
 def transition_model(xs: ArrayLike, us: ArrayLike, dt: float) -> np.ndarray:
@@ -125,19 +130,18 @@ def compute_predicted_measurements(
     x_cam, y_cam, theta_cam = as_floats("tf_base_to_camera", tf_base_to_camera, 3)
 
     c, s = np.cos(theta), np.sin(theta)
-    X, Y = x + x_cam * c - y_cam * s, y + x_cam * s + y_cam * c  # the scanner in the world
+    scanners = np.stack([x + x_cam * c - y_cam * s, y + x_cam * s + y_cam * c])  # X, Y in the world
     heading = theta + theta_cam
-    c_alpha, s_alpha = np.cos(alpha), np.sin(alpha)
+    normals = np.hstack([np.cos(alpha), np.sin(alpha)])
 
     hs = np.empty((2, alpha.size, x.size))
     for block in _blocks(x.size):
-        h_alpha = np.subtract(alpha, heading[block])
-        h_r = r - c_alpha * X[block]
-        h_r -= s_alpha * Y[block]
-        h_alpha += np.where(h_r < 0.0, pi, 0.0)
+        h_alpha, h_r = hs[:, :, block]
+        np.subtract(alpha, heading[block], out=h_alpha)
+        np.subtract(r, normals @ scanners[:, block], out=h_r)
+        h_alpha += np.multiply(h_r < 0.0, pi)
         _wrap_in_place(h_alpha)
-        hs[0, :, block] = h_alpha
-        np.abs(h_r, out=hs[1, :, block])
+        np.abs(h_r, out=h_r)
     return hs.transpose(2, 0, 1)
 
 
@@ -187,7 +191,7 @@ def compute_innovations(z_raw: ArrayLike, Q_raw: ArrayLike, hs: ArrayLike) -> np
         # The angle is counted in turns, so that rint wraps it; d2 is multiplied by the variance of r.
         forms = TURN * TURN * per_alpha / per_r, TURN * slope
         by_line = hs.transpose(1, 2, 0)
-        for block in _blocks(M):
+        for block in _blocks(M, count * J):
             h = np.ascontiguousarray(by_line[:, :, block])
             nearest = _nearest(z_raw, h, forms)
             nearest *= h.shape[2]
@@ -254,7 +258,7 @@ def measurement_weights(vs: ArrayLike, Q_raw: ArrayLike, ws: ArrayLike) -> np.nd
     with np.errstate(over="ignore", divide="ignore"):
         for i in range(count):
             v_alpha, v_r = vs[:, 2 * i], vs[:, 2 * i + 1]
-            rest = v_r - slope[i, 0] * v_alpha
+            rest = v_r - slope[i] * v_alpha
             d2 += per_alpha[i] * (v_alpha * v_alpha) + per_r[i] * (rest * rest)
         logs = np.log(ws) - d2 / 2
     best = logs.max()
@@ -268,27 +272,37 @@ def measurement_weights(vs: ArrayLike, Q_raw: ArrayLike, ws: ArrayLike) -> np.nd
     return after
 
 
-def _blocks(M: int) -> list[slice]:
-    """Return slices that cut M particles into blocks."""
-    return [slice(start, min(start + _BLOCK, M)) for start in range(0, M, _BLOCK)]
+def _blocks(M: int, pairs: int = 1) -> list[slice]:
+    """Return slices that cut M particles, each with so many pairs, into blocks."""
+    size = min(_BLOCK, max(_PAIRS // pairs, 64))
+    return [slice(start, min(start + size, M)) for start in range(0, M, size)]
+
+
+def _memory(*shape: int) -> np.ndarray:
+    """Return an array of unknown content, which is this thread's until the next call."""
+    size = prod(shape)
+    if getattr(_kept, "memory", np.empty(0)).size < size:
+        _kept.memory = np.empty(size)
+    return _kept.memory[:size].reshape(shape)
 
 
 def _wrap_in_place(a: np.ndarray) -> None:
-    """Wrap angles to [-pi, pi); faster than :func:`roboloc.angles.wrap`, for the same digits."""
-    turns = a / TURN
+    """Wrap angles to [-pi, pi); faster than :func:`roboloc.angles.wrap`."""
+    turns = a * (1.0 / TURN)
     np.rint(turns, out=turns)
     turns *= TURN
     a -= turns
-    # What rint leaves a digit outside, it leaves on either edge; there is almost never any.
+    # What rint leaves outside is a digit beyond either edge; there is almost never any.
     if a.size and (a.max() >= pi or a.min() < -pi):
+        a[a < -pi] += TURN
         a[a >= pi] -= TURN
-        a[a < -pi] = -pi
+        np.maximum(a, -pi, out=a)
 
 
 def _quadratic_forms(Q_raw: ArrayLike, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a, b, c, each (I, 1), with v^T Q^-1 v = a v_alpha^2 + c (v_r - b v_alpha)^2."""
+    """Return a, b, c, each (I,), with v^T Q^-1 v = a v_alpha^2 + c (v_r - b v_alpha)^2."""
     Q_raw = as_array("Q_raw", Q_raw if count else np.zeros((0, 2, 2)), (count, 2, 2))
-    q_aa, q_ar, q_rr = Q_raw[:, 0, 0, None], Q_raw[:, 0, 1, None], Q_raw[:, 1, 1, None]
+    q_aa, q_ar, q_rr = Q_raw[:, 0, 0], Q_raw[:, 0, 1], Q_raw[:, 1, 1]
     with np.errstate(all="ignore"):
         slope = q_ar / q_aa
         rest = q_rr - slope * q_ar
@@ -299,27 +313,33 @@ def _quadratic_forms(Q_raw: ArrayLike, count: int) -> tuple[np.ndarray, np.ndarr
 
 def _nearest(z_raw: np.ndarray, h: np.ndarray, forms: tuple[np.ndarray, np.ndarray]) -> np.ndarray:
     """Return for each observation and particle (I, B) which of the lines h (2, J, B) is nearest."""
-    weight, slope = forms
-    z_turns, z_r = z_raw[0, :, None] / TURN, z_raw[1, :, None]
-    h_turns, h_r = h[0] / TURN, h[1]
-    shape = z_raw.shape[1], h.shape[2]
-    best = np.full(shape, np.inf)
-    nearest = np.zeros(shape, np.int64)
-    turns, whole, rest = np.empty(shape), np.empty(shape), np.empty(shape)
-    later = np.empty(shape, np.int64)
-    for j in range(h.shape[1]):
-        np.subtract(z_turns, h_turns[j], out=turns)
-        np.rint(turns, out=whole)
-        turns -= whole
-        np.subtract(z_r, h_r[j], out=rest)
-        np.multiply(slope, turns, out=whole)
-        rest -= whole
-        rest *= rest
+    h_r = h[1]
+    h_turns, turns, work, *_ = memory = _memory(3 + z_raw.shape[1], *h_r.shape)
+    np.multiply(h[0], 1.0 / TURN, out=h_turns)
+    for i, (z_alpha, z_r, weight, slope) in enumerate(zip(*z_raw, *forms, strict=True), start=3):
+        d2 = memory[i]
+        np.subtract(z_alpha / TURN, h_turns, out=turns)
+        np.rint(turns, out=work)
+        turns -= work
+        np.subtract(z_r, h_r, out=d2)
+        if slope:
+            np.multiply(slope, turns, out=work)
+            d2 -= work
+        d2 *= d2
         turns *= turns
         turns *= weight
-        rest += turns
-        # j only grows, so the largest j that was nearer than all before it is the nearest.
-        np.multiply(rest < best, j, out=later)
+        d2 += turns
+
+    # An argmin with no step from row to row. j only grows, so the largest j that was nearer than all before it is
+    # the nearest; it is kept in one byte if the map has no more lines than that.
+    by_line = memory[3:].swapaxes(0, 1)
+    best = by_line[0].copy()
+    number = np.min_scalar_type(h_r.shape[0])
+    nearest, later = np.zeros(best.shape, number), np.empty(best.shape, number)
+    nearer = np.empty(best.shape, np.bool_)
+    for j in range(1, h_r.shape[0]):
+        np.less(by_line[j], best, out=nearer)
+        np.multiply(nearer.view(np.uint8), number.type(j), out=later)
         np.maximum(nearest, later, out=nearest)
-        np.minimum(best, rest, out=best)
-    return nearest
+        np.minimum(best, by_line[j], out=best)
+    return nearest.astype(np.intp)
