@@ -152,9 +152,8 @@ def run(rng, steps, *, transposed=False, forgetful=False):
         Y = observe(truth, LANDMARKS)
         Y[:, :2] += rng.normal(size=(2, 2)) * np.sqrt(np.diag(N))
         if transposed:
-            # The source's printed innovation, smuggled in as an observation: X Y' = X^T Y.
-            Y = Y @ X @ np.linalg.inv(X).T
-            Y[:, 2] = 1.0
+            # The source's printed innovation, smuggled in as an observation: X Y' has the first two rows of X^T Y.
+            Y[:, :2] = (Y[:, :2] @ X[:2, :2] - X[:2, 2]) @ X[:2, :2]
         X, P = correct(X, P, Y, LANDMARKS, N)
         errors.append(log(X @ np.linalg.inv(truth)))
         covariances.append(P)
