@@ -9,7 +9,7 @@ written by hand, a gradebook row for each grade cell of each student, feedback t
 nothing of a student's, and processor seconds within the limit of the configuration.
 
 Usage: ``python tools/course.py [--every-mistake] [--notebook NAME ...] [--anew]``. Without ``--every-mistake`` only the
-first notebook's samples make all known mistakes, those of the others every third one; ``make test`` grades them all.
+first notebook's samples make all known mistakes, those of the others every fourth one; ``make test`` grades them all.
 The exit status is 0 if all is as expected.
 """
 
@@ -219,7 +219,7 @@ def students_of(sources: dict[str, NotebookNode], *, every_mistake: bool = True)
     if not every_mistake:
         for name in set(classes) - {largest}:
             mistakes = [sample for sample in classes[name] if sample.name.startswith("mistake-")]
-            classes[name] = [s for s in classes[name] if s not in mistakes or s in mistakes[::3]]
+            classes[name] = [s for s in classes[name] if s not in mistakes or s in mistakes[::4]]
     return sample_class.deal(classes)
 
 
