@@ -161,10 +161,8 @@ def test_the_true_particle_of_a_noiseless_scan_has_no_innovation():
 
 
 def test_in_a_nearly_linear_case_the_cloud_is_the_ekf():
-    """Mean and covariance of 200,000 particles after a step are the EKF's.
-
-    The mean to 6 standard errors, the covariance to 3 per cent, which is more than 6; false alarm 1e-7.
-    """
+    """Mean and covariance of 200,000 particles after a step are the EKF's, with a false alarm of 1e-7."""
+    # The mean to 6 standard errors, the covariance to 3 per cent, which is more than 6.
     rng, M = np.random.default_rng(10), 200_000
     x, Sigma = np.array([0.5, -0.2, 0.4]), np.diag([1e-4, 2e-4, 1e-4])
     R, u, dt = np.diag([1e-3, 1e-3]), np.array([0.5, 0.3]), 0.2
