@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
-import threading
+from threading import active_count as threads
 from typing import TYPE_CHECKING, Any
 
 from nbconvert.exporters import HTMLExporter
@@ -89,7 +89,7 @@ class Feedback(GenerateFeedback):
         jobs = self.jobs or os.cpu_count() or 1
         names = sorted(self.assignments)
         # A fork takes this thread alone along, so a server, which has others, does without.
-        if min(jobs, len(names)) < 2 or threading.active_count() > 1:
+        if min(jobs, len(names)) < 2 or threads() > 1:
             self._convert(names)
             return
         fork = multiprocessing.get_context("fork")

@@ -1,30 +1,19 @@
 """The tool that grades the sample class notices what is not as it must be. The real run is `make course`."""
 
-import importlib.util
 import socket
-import sys
 from pathlib import Path
 
 import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
+import course
+import course_report as report
+import inputs
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
-def load(name):
-    """Import a tool, which is in no package."""
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
-for tool in ("notebooks", "student_source", "listener", "inputs", "sample_class", "course_report"):
-    load(tool)
-course, report = load("course"), load("course_report")
 Result = course.Result
 NUMBERS = report.hidden_numbers("a course")
 
@@ -255,7 +244,6 @@ def test_results_are_compared_with_the_table_of_each_notebook(monkeypatch):
 
 def test_a_change_of_anything_the_class_is_made_from_is_seen(tmp_path, monkeypatch):
     """A changed, a new and a renamed file change the hash; byte code and check points do not."""
-    inputs = load("inputs")
     monkeypatch.setattr(inputs, "ROOT", tmp_path)
     for name in inputs.FILES:
         (tmp_path / name).write_text("")
@@ -275,5 +263,4 @@ def test_a_change_of_anything_the_class_is_made_from_is_seen(tmp_path, monkeypat
 
 def test_every_folder_the_class_is_made_from_is_there():
     """The list of folders and files names none that has moved."""
-    inputs = load("inputs")
     assert all((ROOT / name).exists() for name in (*inputs.FOLDERS, *inputs.FILES))

@@ -2,29 +2,17 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import nbformat
 import pytest
 from nbclient import NotebookClient
 
+import notebooks
+import sample_class
+
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "association-and-update"
-
-
-def load(name):
-    """Import a tool, which is in no package."""
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
-notebooks, _, sample_class = (load(name) for name in ("notebooks", "student_source", "sample_class"))
 
 
 def meta(cell):

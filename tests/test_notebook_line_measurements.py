@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import nbformat
 import pytest
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
+
+import notebooks
 
 ROOT = Path(__file__).resolve().parents[1]
 SOURCE = ROOT / "solutions" / "ekf-localization" / "line-measurements.md"
@@ -30,18 +30,6 @@ FUNCTIONS = {
     "normalize": "normalize_line_parameters",
     "predicted": "compute_predicted_measurements",
 }
-
-
-def load(name):
-    """Import a tool, which is in no package."""
-    spec = importlib.util.spec_from_file_location(f"line_measurements_{name}", ROOT / "tools" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-notebooks = load("notebooks")
 
 
 def source():

@@ -4,9 +4,7 @@ from __future__ import annotations
 
 import ast
 import filecmp
-import importlib.util
 import re
-import sys
 from pathlib import Path
 
 import nbformat
@@ -14,23 +12,13 @@ import pytest
 from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 
+import notebooks
+
 ROOT = Path(__file__).resolve().parents[1]
 NAME = "ekf-localization/motion-model.ipynb"
 RELEASED = sorted(path.relative_to(ROOT / "notebooks") for path in (ROOT / "notebooks").glob("*/*.ipynb"))
 LONGEST = 10
 IMPORTS = {"roboloc", "numpy", "sympy", "matplotlib"}
-
-
-def load(name):
-    """Import a tool, which is in no package."""
-    spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[name] = module
-    spec.loader.exec_module(module)
-    return module
-
-
-notebooks = load("notebooks")
 
 
 @pytest.fixture(scope="module")

@@ -1,18 +1,14 @@
 """The README's picture is what its script draws, and what the README says of it is true."""
 
-import importlib.util
 from pathlib import Path
 
 import numpy as np
 from matplotlib.image import imread
 
+import readme_picture
 from roboloc.simulation import figure_eight, simulate_motion
 
 ROOT = Path(__file__).resolve().parents[1]
-
-specification = importlib.util.spec_from_file_location("readme_picture", ROOT / "tools" / "readme_picture.py")
-readme_picture = importlib.util.module_from_spec(specification)
-specification.loader.exec_module(readme_picture)
 
 
 def test_the_picture_is_what_the_script_draws(tmp_path):

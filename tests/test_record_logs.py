@@ -1,25 +1,12 @@
-import importlib.util
-from pathlib import Path
-
 import numpy as np
 import pytest
 
+import record_logs as tool
 from roboloc import logs
-
-ROOT = Path(__file__).resolve().parents[1]
-
-
-@pytest.fixture(scope="module")
-def tool():
-    """Return the script that records the runs."""
-    spec = importlib.util.spec_from_file_location("record_logs", ROOT / "tools" / "record_logs.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
 
 
 @pytest.mark.parametrize("name", ["maze", "arena"])
-def test_recording_again_gives_the_shipped_run(tool, name):
+def test_recording_again_gives_the_shipped_run(name):
     """Every number is that of the file, to 1e-12, and the same beams saw nothing."""
     again, shipped = tool.record(tool.RECORDINGS[name]), logs.load(name)
     assert again.world == shipped.world
@@ -31,7 +18,7 @@ def test_recording_again_gives_the_shipped_run(tool, name):
             np.testing.assert_allclose(found, expected, rtol=1e-12, atol=1e-12)
 
 
-def test_the_script_writes_the_runs(tool, tmp_path, monkeypatch, capsys):
+def test_the_script_writes_the_runs(tmp_path, monkeypatch, capsys):
     """Into the folder that it is given, one file for each recording, and it says so."""
     recording = tool.RECORDINGS["arena"]
     short = tool.Recording(recording.world, recording.route[:2], recording.lidar, recording.seed)
@@ -42,7 +29,7 @@ def test_the_script_writes_the_runs(tool, tmp_path, monkeypatch, capsys):
     np.testing.assert_allclose(log.truth[-1, :2], recording.route[1], atol=0.3)
 
 
-def test_the_driver_follows_the_route(tool):
+def test_the_driver_follows_the_route():
     """The true path stays within 30 cm of it, and the headings scatter as R says (within 5 standard deviations)."""
     log, driver = logs.load("maze"), tool.Driver(tool.RECORDINGS["maze"].route)
     off = np.hypot(*(log.truth[:, None, :2] - driver.points).transpose(2, 0, 1)).min(axis=1)

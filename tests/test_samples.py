@@ -2,15 +2,16 @@
 
 import ast
 import functools
-import importlib.util
 import re
-import sys
 from pathlib import Path
 
 import nbformat
 import numpy as np
 import pytest
 
+import course
+import notebooks
+import sample_class
 from autograder.check import Recorder, copied, run_stage
 from autograder.checks import STAGES
 from autograder.misconceptions import MISCONCEPTIONS
@@ -21,23 +22,6 @@ MOTION = ROOT / "samples" / "ekf-localization" / "motion-model"
 PLACES = {"repository": "/repository", "course": "/course", "port": "1"}
 
 
-def load(name):
-    """Import a tool, which is in no package."""
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
-
-
-load("notebooks")
-load("student_source")
-load("listener")
-load("inputs")
-sample_class = load("sample_class")
-load("course_report")
-course = load("course")
 Sample = sample_class.Sample
 
 
@@ -49,7 +33,6 @@ def release(folder):
 @functools.cache
 def source(folder):
     """Return the source of the notebook that a folder of samples belongs to."""
-    notebooks = load("notebooks")
     path = ROOT / "solutions" / folder.parent.name / f"{folder.name}.md"
     return notebooks.name_cells(notebooks.splice(notebooks.read(path), ROOT))
 

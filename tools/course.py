@@ -28,16 +28,16 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import course_report
 import nbformat
-import sample_class
-from inputs import fingerprint
-from listener import Listener
 from nbgrader.api import Gradebook
 from traitlets.config import PyFileConfigLoader
 
+import course_report
 import notebooks
+import sample_class
 from autograder.secret import FILE
+from inputs import fingerprint
+from listener import Listener
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence

@@ -48,9 +48,9 @@ from typing import TYPE_CHECKING
 
 import nbformat
 import yaml
-from student_source import student_source
 
 from autograder.misconceptions import MISCONCEPTIONS
+from student_source import student_source
 
 if TYPE_CHECKING:
     from nbformat import NotebookNode

@@ -21,7 +21,6 @@ import zipfile
 from pathlib import Path
 
 import kit_answers
-
 from autograder import secret
 
 ROOT = Path(__file__).resolve().parents[1]

@@ -10,6 +10,7 @@ from nbformat.v4 import new_code_cell, new_notebook
 from nbgrader.utils import determine_grade
 
 from autograder.execute import Execution
+from autograder.grading import grading_run
 from autograder.roles import REVIEW
 from autograder.sandbox import Sandbox
 from autograder.session import Session
@@ -141,3 +142,11 @@ def execute(sandbox):
         return Run([cell for cell in notebook.cells if cell.cell_type == "code"], cells)
 
     return run
+
+
+@pytest.fixture
+def published():
+    """Grade with a fixed secret and keep what a student would be shown."""
+    shown = []
+    with grading_run(secret="course-0", run_id="run-7", publish=shown.append):  # noqa: S106
+        yield shown

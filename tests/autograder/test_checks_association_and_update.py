@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import importlib.util
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matrix import hold_matrix
 
 from autograder.check import Recorder, run_stage
 from autograder.checks import EXPRESSIONS, STAGES
 from autograder.checks.association_inputs import distances
 from autograder.checks.correction import ill_conditioned, short_form
 from autograder.diagnose import diagnose
-from autograder.grading import grade, grading_run
+from autograder.grading import grade
 from autograder.misconceptions import of_stage
 from roboloc_reference.association import compute_innovations, measurement_model
 from roboloc_reference.gaussian import measurement_update
@@ -95,26 +94,6 @@ CORRECT = {
 }
 
 
-def load(path):
-    """Import a file that is in no package."""
-    spec = importlib.util.spec_from_file_location(f"loaded_{path.stem}", path)
-    module = importlib.util.module_from_spec(spec)
-    sys.modules[spec.name] = module  # dataclasses look their module up
-    spec.loader.exec_module(module)
-    return module
-
-
-kill_matrix = load(ROOT / "tools" / "kill_matrix.py")
-
-
-@pytest.fixture
-def published():
-    """Grade with a fixed secret and keep what a student would be shown."""
-    shown = []
-    with grading_run(secret=SECRETS[0], run_id="run-7", publish=shown.append):
-        yield shown
-
-
 def calls_of(stage):
     """Return the arguments of all calls that the checks of a stage make."""
     recorder = Recorder(stage.reference)
@@ -130,15 +109,7 @@ def titles(stage, function, secret=SECRETS[0]):
 @pytest.mark.parametrize("name", EXPECTED)
 def test_kill_matrix_of_association_and_update(name):
     """Every wrong version fails just its checks and is named, every correct one passes, with 20 secrets."""
-    rows = list(kill_matrix.rows(kill_matrix.stages()[name], SECRETS))
-    wrong = {row.name: row for row in rows if row.wrong}
-    assert set(wrong) == set(EXPECTED[name])
-    assert {row.name for row in rows if not row.wrong} == CORRECT.get(name, set()) | {"reference"}
-    assert [row.name for row in rows if not row.holds] == []
-    for title, (numbers, twentieths) in EXPECTED[name].items():
-        assert {i for i, count in enumerate(wrong[title].failures, start=1) if count} == numbers, title
-        assert set(wrong[title].failures) <= {0, len(SECRETS)}, title
-        assert [round(20 * share, 9) for share in wrong[title].shares] == [twentieths], title
+    hold_matrix(EXPECTED[name], CORRECT.get(name, set()), name, SECRETS)
 
 
 def test_each_stage_has_four_wrong_and_two_right_versions():

@@ -1,6 +1,5 @@
 """An honest class scores, cell by cell, as under stock nbgrader, with the same notebooks and the same secret."""
 
-import importlib.util
 import os
 import shutil
 import subprocess
@@ -12,6 +11,9 @@ import nbgrader
 import pytest
 from nbgrader.api import Gradebook
 
+import course
+import notebooks
+
 ROOT = Path(__file__).resolve().parents[2]
 QUICKSTART = Path(nbgrader.__file__).parent / "docs" / "source" / "user_guide"
 PLAIN = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\nc.ExecutePreprocessor.timeout = 120\n'
@@ -19,16 +21,6 @@ ISOLATED = PLAIN + "from autograder.plugin import configure\nconfigure(c)\n"
 ASSIGNMENT = "ekf-localization"
 HONEST = ["perfect", "alternative-series", "blank", "mistake-gx-transposed", "mistake-division-by-zero"]
 OF_ALL = ["perfect", "mistake-gx-transposed"]  # of these all notebooks, of the others motion-model
-
-
-def load(name):
-    """Import a tool, which is in no package."""
-    if name not in sys.modules:
-        spec = importlib.util.spec_from_file_location(name, ROOT / "tools" / f"{name}.py")
-        module = importlib.util.module_from_spec(spec)
-        sys.modules[name] = module
-        spec.loader.exec_module(module)
-    return sys.modules[name]
 
 
 def nbgrader_command(folder, *arguments):
@@ -72,13 +64,7 @@ def both(folder, assignment, source, submitted):
 def honest(tmp_path_factory):
     """Grade the honest part of the sample class both ways."""
     folder = tmp_path_factory.mktemp("honest")
-    load("notebooks").build_sources(ROOT / "solutions", folder / "sources")
-    load("student_source")
-    load("listener")
-    load("inputs")
-    load("sample_class")
-    load("course_report")
-    course = load("course")
+    notebooks.build_sources(ROOT / "solutions", folder / "sources")
     paths = sorted((folder / "sources" / ASSIGNMENT).glob("*.ipynb"))
     sources = {path.stem: nbformat.read(path, as_version=4) for path in paths}
     dealt = course.students_of(sources)
