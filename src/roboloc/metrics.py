@@ -9,9 +9,14 @@ of an honest filter are distributed as chi-squared, with as many degrees of free
 large: the filter is surer than it may be; too small: it knows more than it says. The NEES needs the truth, so
 it is for simulations; the NIS needs nothing that a filter does not have.
 
+What a Gaussian claims is drawn as the ellipse that holds the position with a given probability. A cloud of
+particles is judged by its effective sample size: how many of equal weight would be worth as much.
+
 Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*,
 section 5.4; the book, *Is the filter honest*.
 """
+
+from math import atan2, log1p
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -150,16 +155,99 @@ def chi2_band(dof: int, probability: float, runs: int = 1) -> tuple[float, float
     from scipy.special import chdtri  # noqa: PLC0415  (roboloc imports without SciPy)
 
     dof, runs = as_number("dof", dof), as_number("runs", runs)
-    probability = as_number("probability", probability)
     for name, value in (("dof", dof), ("runs", runs)):
         if value <= 0.0:
             raise ValueError(f"{name}: expected a positive number, got {value}")
-    if not 0.0 < probability < 1.0:
-        raise ValueError(f"probability: expected a number between 0 and 1, got {probability}")
+    probability = _as_probability(probability)
     # The sum over the runs is chi-squared too, with all degrees of freedom; chdtri inverts the upper tail.
     outside = (1.0 - probability) / 2.0
     low, high = (float(chdtri(dof * runs, tail)) / runs for tail in (1.0 - outside, outside))
     return low, high
+
+
+def credible_ellipse(Sigma: ArrayLike, probability: float = 0.95) -> tuple[np.ndarray, float]:
+    """Return the ellipse about the mean that holds a position in the plane with a given probability.
+
+    The squared Mahalanobis distance of a Gaussian in the plane exceeds d2 with probability exp(-d2 / 2),
+    which gives the size; the eigenvectors of the covariance give the axes.
+
+    Parameters
+    ----------
+    Sigma : (2, 2) array_like
+        Covariance of the position, symmetric [m^2]. A variance that rounding made negative counts as 0.
+    probability : float
+        Between 0 and 1, both excluded.
+
+    Returns
+    -------
+    half_axes : (2,) ndarray
+        From the middle to the outline along either axis, the longer first [m].
+    angle : float
+        Direction of the longer axis, in [-pi / 2, pi / 2) [rad].
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite, or if the probability is not between 0 and 1.
+
+    Examples
+    --------
+    A position known to 0.1 m east and 0.2 m north is, with a probability of 95 percent, in an ellipse that reaches
+    0.49 m to the north and 0.24 m to the east: 2.45 standard deviations, not 1.96 as for one number.
+
+    >>> half_axes, angle = credible_ellipse(np.diag([0.1**2, 0.2**2]))
+    >>> half_axes.round(2).tolist(), abs(round(float(np.degrees(angle)), 9))
+    ([0.49, 0.24], 90.0)
+    """
+    Sigma = as_array("Sigma", Sigma, (2, 2))
+    d2 = -2.0 * log1p(-_as_probability(probability))
+    variances, axes = np.linalg.eigh(Sigma)
+    x, y = axes[:, 1]
+    return np.sqrt(d2 * np.maximum(variances[::-1], 0.0)), wrap(2.0 * atan2(y, x)) / 2.0
+
+
+def effective_sample_size(ws: ArrayLike) -> float:
+    """Return how many equal weights would be as uneven as these: (sum w)^2 / sum w^2.
+
+    Parameters
+    ----------
+    ws : (M,) array_like
+        Weights, none negative and not all 0; their sum does not matter.
+
+    Returns
+    -------
+    float
+        Between 1 (one particle has all the weight) and M (all weigh the same).
+
+    Raises
+    ------
+    ValueError
+        If the argument has another shape or is not finite, or if a weight is negative, or if all are 0.
+
+    Notes
+    -----
+    Source: A. Kong, J. S. Liu, W. H. Wong, *Sequential imputations and Bayesian missing data problems*; Michigan
+    ROB530, homework 5, problem 1 (C).
+
+    Examples
+    --------
+    Of four particles two have died, and the others share the weight: two are left in effect.
+
+    >>> effective_sample_size([0.5, 0.0, 0.5, 0.0])
+    2.0
+    """
+    ws = as_array("ws", ws, ("M",))
+    if np.any(ws < 0.0) or not np.any(ws):
+        raise ValueError(f"ws: expected none negative and not all 0, got {np.array2string(ws, threshold=20)}")
+    ws = ws / ws.max()
+    return float(ws.sum() ** 2 / (ws @ ws))
+
+
+def _as_probability(probability: float) -> float:
+    probability = as_number("probability", probability)
+    if not 0.0 < probability < 1.0:
+        raise ValueError(f"probability: expected a number between 0 and 1, got {probability}")
+    return probability
 
 
 def _normalized_square(name: str, v: ArrayLike, name_S: str, S: ArrayLike) -> float | np.ndarray:

@@ -8,7 +8,7 @@ figure should still not rely on colour alone, so give line styles or markers too
 Source of the colours: M. Okabe and K. Ito, *Color Universal Design* (2008).
 """
 
-from math import cos, log, sin, sqrt
+from math import cos, sin
 from types import MappingProxyType
 from typing import Any
 
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike
 
 from roboloc import se2
 from roboloc.filters import Run
+from roboloc.metrics import credible_ellipse
 from roboloc.validation import as_array, as_floats, as_number
 from roboloc.worlds import World
 
@@ -107,10 +108,7 @@ def plot_pose(ax: Axes, x: ArrayLike, size: float = 0.15, **style: Any) -> Polyg
 def plot_covariance_ellipse(
     ax: Axes, x: ArrayLike, Sigma: ArrayLike, probability: float = 0.95, **style: Any
 ) -> Ellipse:
-    """Draw the ellipse that holds the position with a given probability.
-
-    The squared Mahalanobis distance of a Gaussian in the plane exceeds d2 with probability exp(-d2 / 2),
-    which gives the size; the eigenvectors of the covariance give the axes.
+    """Draw the ellipse that holds the position with a given probability; see `metrics.credible_ellipse`.
 
     Parameters
     ----------
@@ -139,15 +137,10 @@ def plot_covariance_ellipse(
     if x.size < 2:
         raise ValueError(f"x: expected at least 2 entries, got {x.size}")
     Sigma = as_array("Sigma", Sigma, (x.size, x.size))
-    probability = as_number("probability", probability)
-    if not 0.0 < probability < 1.0:
-        raise ValueError(f"probability: expected a number between 0 and 1, got {probability}")
-    variances, axes = np.linalg.eigh(Sigma[:2, :2])
-    d = sqrt(-2.0 * log(1.0 - probability))
-    height, width = 2.0 * d * np.sqrt(np.maximum(variances, 0.0))
-    angle = np.degrees(np.arctan2(axes[1, 1], axes[0, 1]))
+    half_axes, angle = credible_ellipse(Sigma[:2, :2], probability)
     style = _styled(style, "edgecolor", COLORS["vermillion"])
-    ellipse = Ellipse(x[:2], width, height, angle=angle, **_styled(style, "facecolor", "none"))
+    style = _styled(style, "facecolor", "none")
+    ellipse = Ellipse(x[:2], *(2.0 * half_axes), angle=np.degrees(angle), **style)
     return _added(ax, ellipse)
 
 

@@ -3,7 +3,7 @@ import pytest
 from oracles import read_only
 from scipy.stats import chi2
 
-from roboloc.metrics import chi2_band, nees, nis, pose_error
+from roboloc.metrics import chi2_band, credible_ellipse, effective_sample_size, nees, nis, pose_error
 
 
 def test_the_heading_error_is_wrapped():
@@ -53,9 +53,55 @@ def test_band_equals_that_of_scipys_distribution(dof, runs, probability):
     np.testing.assert_allclose(chi2_band(dof, probability, runs), chi2.ppf(tails, dof * runs) / runs)
 
 
+@pytest.mark.parametrize("probability", [1e-6, 0.5, 0.95, 0.999])
+def test_outline_has_the_distance_of_the_probability(probability):
+    """Every point of the outline has the Mahalanobis distance whose square is scipy's quantile, any Sigma."""
+    rng = np.random.default_rng(4)
+    for A in rng.normal(size=(20, 2, 2)) * 10.0 ** rng.uniform(-3, 3, size=(20, 1, 1)):
+        (Sigma,) = read_only(A @ A.T)
+        half_axes, angle = credible_ellipse(Sigma, probability)
+        assert half_axes[0] >= half_axes[1]
+        assert -np.pi / 2 <= angle < np.pi / 2
+        phi = np.linspace(0, 2 * np.pi, 13)
+        turn = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
+        outline = (turn @ (half_axes[:, None] * [np.cos(phi), np.sin(phi)])).T
+        d2 = nees(outline, np.broadcast_to(Sigma, (13, 2, 2)))
+        np.testing.assert_allclose(d2, chi2.ppf(probability, 2), rtol=1e-6)
+
+
+def test_an_ellipse_may_be_a_line_or_a_point():
+    """A direction without variance, or with what rounding left of it, has no width."""
+    half_axes, angle = credible_ellipse([[1.0, 1.0], [1.0, 1.0]], 1 - np.exp(-0.5))
+    np.testing.assert_allclose(half_axes, [2**0.5, 0], atol=1e-7)
+    assert angle == pytest.approx(np.pi / 4)
+    np.testing.assert_array_equal(credible_ellipse(-1e-18 * np.eye(2))[0], [0, 0])
+    assert credible_ellipse(np.diag([0.0, 1.0]))[1] == -np.pi / 2
+
+
+def test_effective_size_counts_equal_weights():
+    """Equal weights among zeros count as many as they are, in any scale, and the closed form of a geometric row is met."""
+    for k in range(1, 6):
+        for scale in (1e-300, 1.0, 1e300):
+            ws = np.zeros(8)
+            ws[:k] = scale
+            assert effective_sample_size(read_only(ws)[0]) == pytest.approx(k, rel=1e-14)
+    # sum q^i = (1 - q^M) / (1 - q) and the same with q^2.
+    q, M = 0.9, 30
+    right = ((1 - q**M) / (1 - q)) ** 2 / ((1 - q ** (2 * M)) / (1 - q**2))
+    assert effective_sample_size(q ** np.arange(M)) == pytest.approx(right)
+
+
 @pytest.mark.parametrize(
     ("call", "name"),
     [
+        (lambda: credible_ellipse(np.eye(3)), "Sigma"),
+        (lambda: credible_ellipse(np.nan * np.eye(2)), "Sigma"),
+        (lambda: credible_ellipse(np.eye(2), 0.0), "probability"),
+        (lambda: credible_ellipse(np.eye(2), 1.0), "probability"),
+        (lambda: effective_sample_size([0.0, 0.0]), "ws"),
+        (lambda: effective_sample_size([]), "ws"),
+        (lambda: effective_sample_size([-1.0, 2.0]), "ws"),
+        (lambda: effective_sample_size(np.eye(2)), "ws"),
         (lambda: pose_error([1, 2], [1, 2]), "x"),
         (lambda: pose_error([1, 2, 3], [1, 2]), "truth"),
         (lambda: pose_error([1, 2, 3], [[1, 2, 3]]), "truth"),
