@@ -11,8 +11,8 @@ from numpy.typing import ArrayLike
 
 _FLOAT64 = np.dtype(np.float64)
 
-# Up to this many entries a loop over Python floats is faster than a NumPy reduction.
-_FEW = 64
+# Up to this many entries a loop over Python floats is faster than a call of NumPy.
+_FEW = 12
 
 
 def as_array(name: str, value: ArrayLike, shape: tuple[int | str, ...]) -> np.ndarray:
@@ -51,10 +51,20 @@ def as_array(name: str, value: ArrayLike, shape: tuple[int | str, ...]) -> np.nd
         array = _to_float(name, value, shape)
     if array.shape != shape and not _fits(array.shape, shape):
         raise ValueError(f"{name}: expected shape {_text(shape)}, got shape {_text(array.shape)}")
-    finite = all(map(isfinite, array.ravel().tolist())) if array.size <= _FEW else np.isfinite(array).all()
-    if not finite:
+    if not _is_finite(array):
         raise ValueError(f"{name}: expected finite numbers, got {np.array2string(array, threshold=20)}")
     return array
+
+
+def _is_finite(array: np.ndarray) -> bool:
+    """Say whether all entries are finite.
+
+    The sum of squares says yes in a third of the time of `np.isfinite`; it may be infinite for finite entries,
+    so its no is looked at again.
+    """
+    if array.size <= _FEW:
+        return all(map(isfinite, array.ravel().tolist()))
+    return isfinite(np.vdot(array, array)) or bool(np.isfinite(array).all())
 
 
 def as_floats(name: str, value: ArrayLike, size: int) -> list[float]:
@@ -149,9 +159,12 @@ def _to_float(name: str, value: ArrayLike, shape: tuple[int | str, ...]) -> np.n
 
 
 def _fits(got: tuple[int, ...], expected: tuple[int | str, ...]) -> bool:
-    return len(got) == len(expected) and all(
-        isinstance(e, str) or g == e for g, e in zip(got, expected, strict=True)
-    )
+    if len(got) != len(expected):
+        return False
+    for size, e in zip(got, expected, strict=True):  # noqa: SIM110 - every call of the library comes by here
+        if size != e and not isinstance(e, str):
+            return False
+    return True
 
 
 def _text(shape: tuple[int | str, ...]) -> str:
