@@ -8,7 +8,9 @@ import pkgutil
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import asdict, dataclass
+from math import log
 from pathlib import Path
+from statistics import linear_regression
 
 FOLDER = Path(__file__).parent
 RESULTS = FOLDER / "results.json"
@@ -66,6 +68,20 @@ def best_times(variants: Sequence[Callable[[], object]], rounds: int = 30) -> li
         if collecting:
             gc.enable()
     return best
+
+
+def fitted_exponent(sizes: Sequence[float], times: Sequence[float]) -> float:
+    """Return the p for which times grow as sizes**p: the slope of the line of least squares on logarithmic axes.
+
+    Parameters
+    ----------
+    sizes : sequence of float
+        Two different sizes at least, positive.
+    times : sequence of float
+        The time of each size, positive.
+    """
+    x, y = ([log(value) for value in values] for values in (sizes, times))
+    return linear_regression(x, y).slope
 
 
 def modules() -> list[str]:
