@@ -38,6 +38,9 @@ from numpy.typing import ArrayLike
 from roboloc.angles import wrap
 from roboloc.validation import as_array, as_floats
 from roboloc_reference.gaussian import measurement_update
+from roboloc_reference.landmark_map import as_pairs, as_state, block_diagonal, evaluate
+
+__all__ = ["evaluate", "init_landmarks", "innovation", "measurement", "predict", "update"]
 
 
 def init_landmarks(
@@ -83,7 +86,7 @@ def init_landmarks(
     >>> round(float(np.sqrt(Sigma[0, 0] + Sigma[3, 3] - 2 * Sigma[0, 3])), 12)
     0.01
     """
-    beta, r = _pairs("z", z).T
+    beta, r = as_pairs("z", z).T
     Q = as_array("Q", Q, (2, 2))
     pose = as_array("pose", pose, (3,))
     pose_cov = as_array("pose_cov", pose_cov, (3, 3))
@@ -100,7 +103,7 @@ def init_landmarks(
     to_all[3:, 2] = J_z[:, :, 0].ravel()  # a turn of the robot acts as a bearing does
 
     Sigma = to_all @ pose_cov @ to_all.T
-    Sigma[3:, 3:] += _block_diagonal(J_z @ Q @ J_z.swapaxes(1, 2))
+    Sigma[3:, 3:] += block_diagonal(J_z @ Q @ J_z.swapaxes(1, 2))
     return np.concatenate([pose, (pose[:2] + r[:, None] * along).ravel()]), (Sigma + Sigma.T) / 2
 
 
@@ -146,7 +149,7 @@ def predict(
     >>> (x[:2].round(12) + 0.0).tolist(), np.sqrt(np.diag(Sigma)).round(12).tolist()
     ([0.0, 1.0], [0.0, 0.1, 0.0])
     """
-    x = _state(x)
+    x = as_state(x)
     n = x.size
     Sigma = as_array("Sigma", Sigma, (n, n))
     d, alpha = as_floats("control", control, 2)
@@ -202,7 +205,7 @@ def measurement(x: ArrayLike, j: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
     >>> float(z[1]), float(z[0] / np.pi), float(Hp[0, 0])
     (4.0, 0.5, 0.25)
     """
-    x = _state(x)
+    x = as_state(x)
     count = (x.size - 3) // 2
     try:
         j = index(j)
@@ -223,6 +226,53 @@ def measurement(x: ArrayLike, j: int) -> tuple[np.ndarray, np.ndarray, np.ndarra
     return np.array([wrap(atan2(dy, dx) - theta), r]), Hp, Hl
 
 
+def innovation(x: ArrayLike, z: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+    """Compare a look at every landmark with its prediction; stack the differences and their derivatives.
+
+    Parameters
+    ----------
+    x : (3 + 2k,) array_like
+        Pose and landmarks [m, m, rad, m, m, ...].
+    z : (2k,) array_like
+        Bearing and range of each landmark, in their order [rad, m, rad, m, ...].
+
+    Returns
+    -------
+    v : (2k,) ndarray
+        Observation minus prediction, bearings in [-pi, pi) [rad, m, rad, m, ...].
+    H : (2k, 3 + 2k) ndarray
+        Derivative of the prediction by the state.
+
+    Raises
+    ------
+    ValueError
+        If an argument has another shape or is not finite, or if a landmark lies on the robot.
+
+    Notes
+    -----
+    Source: CMU 16-833, homework 2, problem 2.
+
+    Examples
+    --------
+    A landmark behind, expected just left of straight back and seen just right of it, is off by 0.002 rad.
+
+    >>> v, H = innovation([0.0, 0.0, 0.0, -2.0, 0.002], [-np.pi + 0.001, 2.0])
+    >>> round(float(v[0]), 5), H.shape
+    (0.002, (2, 5))
+    """
+    x = as_state(x)
+    n = x.size
+    k = (n - 3) // 2
+    z = as_array("z", z, (2 * k,)).reshape(k, 2)
+
+    v, H = np.zeros((k, 2)), np.zeros((k, 2, n))
+    for j in range(k):
+        h, H[j, :, :3], H[j, :, 3 + 2 * j : 5 + 2 * j] = measurement(x, j)
+        v[j] = z[j] - h
+    v[:, 0] = wrap(v[:, 0])
+    return v.ravel(), H.reshape(2 * k, n)
+
+
 def update(x: ArrayLike, Sigma: ArrayLike, z: ArrayLike, Q: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Correct: condition pose and map on one look at every landmark, all at once.
 
@@ -235,7 +285,7 @@ def update(x: ArrayLike, Sigma: ArrayLike, z: ArrayLike, Q: ArrayLike) -> tuple[
     z : (2k,) array_like
         Bearing and range of each landmark, in their order [rad, m, rad, m, ...].
     Q : (2, 2) array_like
-        Covariance of one bearing and range, symmetric, positive definite.
+        Covariance of one bearing and range, symmetric; it may be singular where that of the innovation is not.
 
     Returns
     -------
@@ -266,96 +316,12 @@ def update(x: ArrayLike, Sigma: ArrayLike, z: ArrayLike, Q: ArrayLike) -> tuple[
     >>> float(x[0].round(12)), float(Sigma[0, 0].round(12))
     (0.05, 0.005)
     """
-    x = _state(x)
+    x = as_state(x)
     n = x.size
     k = (n - 3) // 2
     Sigma = as_array("Sigma", Sigma, (n, n))
     z = as_array("z", z, (2 * k,))
     Q = as_array("Q", Q, (2, 2))
 
-    H = np.zeros((2 * k, n))
-    v = np.zeros((k, 2))
-    for j in range(k):
-        h, H[2 * j : 2 * j + 2, :3], H[2 * j : 2 * j + 2, 3 + 2 * j : 5 + 2 * j] = measurement(x, j)
-        v[j] = z[2 * j : 2 * j + 2] - h
-    v[:, 0] = wrap(v[:, 0])
-    return measurement_update(x, Sigma, v.ravel(), _block_diagonal(np.broadcast_to(Q, (k, 2, 2))), H)
-
-
-def evaluate(x: ArrayLike, Sigma: ArrayLike, truth: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Compare the map with the truth: in metres, and in standard deviations of its own claim.
-
-    Parameters
-    ----------
-    x : (3 + 2k,) array_like
-        Pose and landmarks [m, m, rad, m, m, ...].
-    Sigma : (3 + 2k, 3 + 2k) array_like
-        Their covariance, symmetric, positive definite in the block of each landmark.
-    truth : (2k,) array_like
-        Where the landmarks are, in their order [m].
-
-    Returns
-    -------
-    euclidean : (k,) ndarray
-        Distance of each landmark from its true place [m].
-    mahalanobis : (k,) ndarray
-        The same in standard deviations: the root of e' S^-1 e, whose square is chi-square with two degrees of
-        freedom where the filter is honest.
-
-    Raises
-    ------
-    ValueError
-        If an argument has another shape or is not finite, or if a landmark has no positive definite covariance.
-
-    Notes
-    -----
-    Source: CMU 16-833, homework 2, problem 2.4.
-
-    Examples
-    --------
-    A landmark 0.2 m off in a direction in which it is known to 0.1 m is two standard deviations off.
-
-    >>> Sigma = np.diag([0.0, 0.0, 0.0, 0.01, 0.0001])
-    >>> euclidean, mahalanobis = evaluate([0.0, 0.0, 0.0, 5.0, 1.0], Sigma, [5.2, 1.0])
-    >>> euclidean.round(12).tolist(), mahalanobis.round(12).tolist()
-    ([0.2], [2.0])
-    """
-    x = _state(x)
-    n = x.size
-    k = (n - 3) // 2
-    Sigma = as_array("Sigma", Sigma, (n, n))
-    error = x[3:].reshape(k, 2) - as_array("truth", truth, (2 * k,)).reshape(k, 2)
-    j = np.arange(k)
-    S = Sigma[3:, 3:].reshape(k, 2, k, 2)[j, :, j, :]
-    try:
-        whitened = np.linalg.solve(np.linalg.cholesky(S), error[..., None])[..., 0]
-    except np.linalg.LinAlgError as failure:
-        raise ValueError(
-            "Sigma: expected each landmark's block positive definite, got one that is not"
-        ) from failure
-    return np.hypot(error[:, 0], error[:, 1]), np.hypot(whitened[:, 0], whitened[:, 1])
-
-
-def _state(x: ArrayLike) -> np.ndarray:
-    """Return x as a pose followed by pairs."""
-    x = as_array("x", x, ("n",))
-    if x.size < 3 or x.size % 2 == 0:
-        raise ValueError(f"x: expected shape (3 + 2k,), got shape ({x.size},)")
-    return x
-
-
-def _pairs(name: str, value: ArrayLike) -> np.ndarray:
-    """Return a vector of even length as an array (k, 2)."""
-    array = as_array(name, value, ("2k",))
-    if array.size % 2:
-        raise ValueError(f"{name}: expected shape (2k,), got shape ({array.size},)")
-    return array.reshape(-1, 2)
-
-
-def _block_diagonal(blocks: np.ndarray) -> np.ndarray:
-    """Put (k, 2, 2) blocks on the diagonal of a (2k, 2k) matrix; k = 0 gives (0, 0)."""
-    k = len(blocks)
-    matrix = np.zeros((k, 2, k, 2))
-    j = np.arange(k)
-    matrix[j, :, j, :] = blocks
-    return matrix.reshape(2 * k, 2 * k)
+    v, H = innovation(x, z)
+    return measurement_update(x, Sigma, v, block_diagonal(np.broadcast_to(Q, (k, 2, 2))), H)
