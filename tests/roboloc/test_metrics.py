@@ -79,7 +79,7 @@ def test_an_ellipse_may_be_a_line_or_a_point():
 
 
 def test_effective_size_counts_equal_weights():
-    """Equal weights among zeros count as many as they are, in any scale, and the closed form of a geometric row is met."""
+    """Equal weights among zeros count as many as they are in any scale, and a geometric row has its closed form."""
     for k in range(1, 6):
         for scale in (1e-300, 1.0, 1e300):
             ws = np.zeros(8)
