@@ -41,12 +41,17 @@ with 50 digits.
 """
 
 from math import cos, sin
+from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from roboloc import filters
 from roboloc.validation import as_array, as_floats, as_number
 from roboloc_reference import lines
+from roboloc_reference.association import compute_innovations, measurement_model
+from roboloc_reference.gaussian import measurement_update, transition_update
 from roboloc_reference.motion import compute_dynamics
 
 
@@ -239,6 +244,48 @@ def augment(
     grown[:n, n:] = grown[n:, :n].T
     grown[n:, n:] = (own + own.T) / 2
     return np.concatenate([x, line]), grown
+
+
+STAGES = MappingProxyType(
+    {
+        "transition_model": transition_model,
+        "transition_update": transition_update,
+        "compute_predicted_measurements": compute_predicted_measurements,
+        "compute_innovations": compute_innovations,
+        "measurement_model": measurement_model,
+        "measurement_update": measurement_update,
+        "augment": augment,
+    }
+)
+"""The reference stages of SLAM by name."""
+
+
+class EkfSlam(filters.EkfSlam):
+    """EKF SLAM with the reference stages; see :class:`roboloc.filters.EkfSlam`.
+
+    Examples
+    --------
+    Of a wall believed 2 m ahead and seen 1.9 m ahead, both give or take 10 cm, by a robot that knows where it is,
+    it is the wall that moves half way.
+
+    >>> Sigma0, Q = np.diag([0.0, 0.0, 0.0, 0.0, 0.01]), np.diag([0.01, 0.01])
+    >>> slam = EkfSlam([0.0, 0.0, 0.0, 0.0, 2.0], Sigma0, np.eye(2), [0.0, 0.0, 0.0], 3.0, fixed=0)
+    >>> slam.measurement_update([[0.0], [1.9]], [Q])
+    >>> slam.x.round(12).tolist()
+    [0.0, 0.0, 0.0, 0.0, 1.95]
+    """
+
+    def __init__(
+        self,
+        x0: ArrayLike,
+        Sigma0: ArrayLike,
+        R: ArrayLike,
+        tf_base_to_camera: ArrayLike,
+        g: float,
+        fixed: int = 2,
+        stages: Any = STAGES,
+    ) -> None:
+        super().__init__(x0, Sigma0, R, tf_base_to_camera, g, fixed, stages=stages)
 
 
 def _as_state(x: ArrayLike) -> np.ndarray:
