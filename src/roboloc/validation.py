@@ -14,6 +14,9 @@ _FLOAT64 = np.dtype(np.float64)
 # Up to this many entries a loop over Python floats is faster than a call of NumPy.
 _FEW = 12
 
+# Beyond this many, BLAS sets threads to a sum of squares, and waits for them where the machine is busy.
+_MANY = 10_000
+
 
 def as_array(name: str, value: ArrayLike, shape: tuple[int | str, ...]) -> np.ndarray:
     """Return `value` as a float64 array of the given shape with finite entries.
@@ -64,7 +67,11 @@ def _is_finite(array: np.ndarray) -> bool:
     """
     if array.size <= _FEW:
         return all(map(isfinite, array.ravel().tolist()))
-    return isfinite(np.vdot(array, array)) or bool(np.isfinite(array).all())
+    if array.size <= _MANY:
+        flat = array.ravel(order="K")  # whichever index runs fastest in memory, this copies nothing
+        if isfinite(np.vdot(flat, flat)):
+            return True
+    return bool(np.isfinite(array).all())
 
 
 def as_floats(name: str, value: ArrayLike, size: int) -> list[float]:
