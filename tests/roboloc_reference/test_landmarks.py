@@ -244,7 +244,7 @@ def test_a_robot_that_is_told_nothing_stays_as_it_is():
 
 
 def test_an_exact_range_leaves_no_doubt_of_it():
-    """With a singular Q the corrected state has no variance in the ranges; to see exactly what is certain is refused."""
+    """With a singular Q no range has a variance afterwards; an exact look at a certain range is refused."""
     z, _, pose, pose_cov = scene(np.random.default_rng(18), 2)
     exact = np.diag([0.01, 0.0])
     x, Sigma = init_landmarks(z, exact, pose, pose_cov)
