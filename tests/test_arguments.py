@@ -12,9 +12,11 @@ import roboloc_reference
 
 
 def public_functions(package):
-    """Return the public functions of a package by full name, each where it is defined."""
+    """Return the public functions of a package's public modules by full name, each where it is defined."""
     found = {}
     for entry in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
+        if "._" in entry.name:
+            continue
         module = importlib.import_module(entry.name)
         for name, value in vars(module).items():
             if inspect.isfunction(value) and value.__module__ == entry.name and not name.startswith("_"):

@@ -34,6 +34,8 @@ class Shell:
         A mapping from names to functions, or anything with attributes so named.
     """
 
+    notebooks = NOTEBOOKS
+
     def __init__(self, stages: Any = None) -> None:
         self._stages = stages
 
@@ -49,11 +51,13 @@ class Shell:
         try:
             values = stage(*arguments)
         except NotImplementedError as error:
-            raise MissingStageError(f"stage {name}: not written yet{_where(name)}") from error
+            raise MissingStageError(f"stage {name}: not written yet{self._where(name)}") from error
         if values is None:
             raise MissingStageError(
-                f"stage {name}: returns None: not written yet, or without return{_where(name)}"
+                f"stage {name}: returns None: not written yet, or without return{self._where(name)}"
             )
+        if len(results) == 1:
+            values = (values,)
         if not isinstance(values, tuple | list) or len(values) != len(results):
             got = f"{len(values)} values" if isinstance(values, tuple | list) else type(values).__name__
             raise ValueError(f"stage {name}: expected {', '.join(results)}, got {got}")
@@ -66,10 +70,10 @@ class Shell:
             found.append(array)
         return tuple(found)
 
-
-def _where(name: str) -> str:
-    """Say in which notebook a stage is written, where that is known."""
-    return f" (it is written in the notebook {NOTEBOOKS[name]})" if name in NOTEBOOKS else ""
+    def _where(self, name: str) -> str:
+        """Say in which notebook a stage is written, where that is known."""
+        known = name in self.notebooks
+        return f" (it is written in the notebook {self.notebooks[name]})" if known else ""
 
 
 def _filled(value: Any, shape: tuple) -> Any:
