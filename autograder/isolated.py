@@ -113,7 +113,7 @@ class IsolatedExecute(NbGraderPreprocessor):
 
 
 class FlagForReview(NbGraderPreprocessor):
-    """After `SaveAutoGrades`: a cell the grader cannot judge gets no automatic score and waits for a person."""
+    """After `SaveGrades`: a cell the grader cannot judge gets no automatic score and waits for a person."""
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
         """Write what the cells' metadata say into the gradebook."""

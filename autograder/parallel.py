@@ -298,8 +298,11 @@ class ParallelAutograde(Autograde):
     def _store_notebook(self, filename: str, submission: Submission) -> None:
         restored = str(self._folder(submission) / Path(filename).name)
         resources = self.init_single_notebook_resources(restored)
-        if filename in submission.jobs:
-            resources["nbgrader"]["executed"] = submission.jobs[filename].result()
         with utils.setenv(NBGRADER_EXECUTION="autograde"):
-            output, resources = self.exporter.from_filename(restored, resources=resources)
+            if filename in submission.jobs:  # what lies there is what went into the job: not read again
+                resources["nbgrader"]["executed"] = submission.jobs[filename].result()
+                resources["metadata"] = {"name": Path(restored).stem, "path": str(Path(restored).parent)}
+                output, resources = self.exporter.from_notebook_node(new_notebook(), resources=resources)
+            else:
+                output, resources = self.exporter.from_filename(restored, resources=resources)
         self.write_single_notebook(output, resources)

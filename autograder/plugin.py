@@ -21,7 +21,7 @@ AUTOGRADE = (
     "autograder.isolated.IsolatedExecute",  # in the place of nbgrader's Execute
     "nbgrader.preprocessors.IgnorePattern",
     "nbgrader.preprocessors.LimitOutput",
-    "nbgrader.preprocessors.SaveAutoGrades",
+    "autograder.grades.SaveGrades",  # nbgrader's SaveAutoGrades, all cells at once
     "autograder.isolated.FlagForReview",  # after the grades are saved: takes back what a person must decide
     "autograder.versions.FlagNewCells",  # likewise, for cells that the student was never given
     "nbgrader.preprocessors.AssignLatePenalties",

@@ -250,7 +250,7 @@ class RecordVersion(NbGraderPreprocessor):
 
 
 class FlagNewCells(NbGraderPreprocessor):
-    """After `SaveAutoGrades`: no automatic 0 for a cell that the student's version did not have."""
+    """After `SaveGrades`: no automatic 0 for a cell that the student's version did not have."""
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:
         """Write it into the gradebook and under the cell."""

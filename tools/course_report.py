@@ -28,6 +28,7 @@ _WORD = re.compile(r"\w+")
 _TAG = re.compile(r"<[^>]*>")
 _DATA = re.compile(r"data:image/[a-z]+;base64,[A-Za-z0-9+/=\s]+")
 _STYLE = re.compile(r"<style.*?</style>", re.DOTALL)
+_COLOUR = re.compile(r'<span(?: class="[\w -]*")?>|</span>')  # nearly all tags of a page; they run nothing
 _NUMBER = re.compile(r"\d+\.\d+")
 SLACK = 5.0  # seconds: a clock that stops a cell looks at it now and then
 _DIGITS = 6  # a page of the course shows none of its own with more, and numpy prints eight decimals
@@ -82,7 +83,7 @@ class _Scripts(HTMLParser):
 def scripts(html: str) -> set[str]:
     """Return everything that a page would run."""
     parser = _Scripts()
-    parser.feed(html)
+    parser.feed(_COLOUR.sub("", html))
     parser.close()
     return parser.found
 

@@ -160,6 +160,6 @@ def test_configure_replaces_execution_wherever_nbgrader_looks():
     steps = [kind.__name__ for kind in config.Autograde.autograde_preprocessors]
     assert steps == [name.rpartition(".")[2] for name in AUTOGRADE]
     assert "Execute" not in steps
-    assert steps.index("FlagForReview") > steps.index("SaveAutoGrades")
+    assert steps.index("FlagForReview") > steps.index("SaveGrades")
     sanitizing = [kind.__name__ for kind in config.Autograde.sanitize_preprocessors]
     assert sanitizing == [name.rpartition(".")[2] for name in SANITIZE]
