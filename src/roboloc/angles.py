@@ -46,9 +46,12 @@ def wrap(a: ArrayLike) -> float | np.ndarray:
     True
     """
     a = np.asarray(a, dtype=np.float64)
-    # Angles already inside pass bit by bit; the rest loses a multiple of the turn. Rounding can land on the
-    # open end, so it is folded over once more.
-    wrapped = np.where((a >= -pi) & (a < pi), a, a - TURN * np.floor((a + pi) / TURN))
+    # Angles already inside pass bit by bit, most often all of them; the rest loses a multiple of the turn.
+    # Rounding can land on the open end, so it is folded over once more.
+    inside = (a >= -pi) & (a < pi)
+    if inside.all():
+        return a.copy() if a.ndim else float(a)
+    wrapped = np.where(inside, a, a - TURN * np.floor((a + pi) / TURN))
     wrapped = np.where(wrapped >= pi, wrapped - TURN, wrapped)
     wrapped = np.where(wrapped < -pi, -pi, wrapped)
     return wrapped[()] if wrapped.ndim else float(wrapped)

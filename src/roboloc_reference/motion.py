@@ -79,20 +79,45 @@ def compute_dynamics(xvec: ArrayLike, u: ArrayLike, dt: float) -> tuple[np.ndarr
     V, omega = as_floats("u", u, 2)
     dt = as_number("dt", dt)
 
-    h = omega * dt / 2
-    s = sin(h) / h if h else 1.0
-    ds = _chord_derivative(h, s)
-    c_phi, s_phi = cos(theta + h), sin(theta + h)
-
-    dx_dV, dy_dV = dt * s * c_phi, dt * s * s_phi
-    dx, dy = V * dx_dV, V * dy_dV
-    k = V * dt * dt / 2
-    dx_domega, dy_domega = k * (ds * c_phi - s * s_phi), k * (ds * s_phi + s * c_phi)
-
+    dx, dy, dx_dV, dy_dV, dx_domega, dy_domega = arc(theta, V, omega, dt)
     g = np.array([x + dx, y + dy, theta + omega * dt])
     Gx = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
     Gu = np.array([[dx_dV, dx_domega], [dy_dV, dy_domega], [0.0, dt]])
     return g, Gx, Gu
+
+
+def arc(theta: float, V: float, omega: float, dt: float) -> tuple[float, float, float, float, float, float]:
+    """Return how far an arc leads, and the derivatives of that by V and by omega, for checked floats.
+
+    Parameters
+    ----------
+    theta : float
+        Heading at the start [rad].
+    V, omega : float
+        Speed and turning rate [m/s, rad/s].
+    dt : float
+        Duration [s].
+
+    Returns
+    -------
+    dx, dy, dx_dV, dy_dV, dx_domega, dy_domega : float
+        Distances [m] and their derivatives.
+
+    Examples
+    --------
+    Straight ahead for 2 s at 3 m/s.
+
+    >>> arc(0.0, 3.0, 0.0, 2.0)[:2]
+    (6.0, 0.0)
+    """
+    h = omega * dt / 2
+    s = sin(h) / h if h else 1.0
+    ds = _chord_derivative(h, s)
+    c_phi, s_phi = cos(theta + h), sin(theta + h)
+    dx_dV, dy_dV = dt * s * c_phi, dt * s * s_phi
+    k = V * dt * dt / 2
+    dx_domega, dy_domega = k * (ds * c_phi - s * s_phi), k * (ds * s_phi + s * c_phi)
+    return V * dx_dV, V * dy_dV, dx_dV, dy_dV, dx_domega, dy_domega
 
 
 def _chord_derivative(h: float, s: float) -> float:

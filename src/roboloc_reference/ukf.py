@@ -22,10 +22,12 @@ H. Durrant-Whyte, *A new method for the nonlinear transformation of means and co
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.linalg.lapack import dpotrf
 
 from roboloc.angles import wrap
 from roboloc.validation import as_array, as_number
-from roboloc_reference.velocity import motions, range_bearings
+from roboloc_reference.gaussian import gain, symmetric
+from roboloc_reference.velocity import motions
 
 
 def sigma_points(mean: ArrayLike, cov: ArrayLike, kappa: float) -> tuple[np.ndarray, np.ndarray]:
@@ -71,8 +73,11 @@ def sigma_points(mean: ArrayLike, cov: ArrayLike, kappa: float) -> tuple[np.ndar
     kappa = as_number("kappa", kappa)
     if n + kappa <= 0:
         raise ValueError(f"kappa: expected a number above {-n}, got {kappa}")
-    columns = np.sqrt(n + kappa) * _root("cov", cov).T
-    points = np.concatenate([mean[None], mean + columns, mean - columns])
+    spread = np.sqrt(n + kappa) * _root("cov", cov).T
+    points = np.empty((2 * n + 1, n))
+    points[:] = mean
+    points[1 : n + 1] += spread
+    points[n + 1 :] -= spread
     weights = np.full(2 * n + 1, 0.5 / (n + kappa))
     weights[0] = kappa / (n + kappa)
     return points, weights
@@ -133,9 +138,12 @@ def predict(
 
     points, weights = sigma_points(np.concatenate([mean, u]), joint, kappa)
     moved = motions(points[:, :3], points[:, 3:], dt)
-    predicted = moved[0] + weights @ (moved - moved[0])
-    d = moved - (predicted if weights[0] >= 0 else moved[0])
-    return predicted, _symmetric(d.T * weights @ d)
+    d = moved - moved[0]
+    average = weights.dot(d)
+    predicted = moved[0] + average
+    if weights[0] >= 0:
+        d -= average
+    return predicted, symmetric((d.T * weights).dot(d))
 
 
 def correct(
@@ -195,28 +203,35 @@ def correct(
     z = as_array("z", z, (2 * k,)).reshape(k, 2)
     Q = as_array("Q", Q, (2, 2))
     _root("Q", Q)
+    if k == 0:
+        return mean.copy(), symmetric(cov)
 
     points, weights = sigma_points(mean, cov, kappa)
-    seen = range_bearings(points, landmarks)
+    dx, dy = landmarks[:, 0] - points[:, :1], landmarks[:, 1] - points[:, 1:2]
+    seen = np.empty((len(points), k, 2))
+    seen[..., 0] = np.arctan2(dy, dx) - points[:, 2:]
+    seen[..., 1] = np.hypot(dx, dy)
     origin = seen[0].copy()
     origin[:, 0] = _direction(seen[..., 0], np.abs(weights))
-    e, v = seen - origin, z - origin
-    e[..., 0], v[:, 0] = wrap(e[..., 0]), wrap(v[:, 0])
+    e = seen - origin
+    e[..., 0] = wrap(e[..., 0])
     e = e.reshape(len(points), 2 * k)
-    average = weights @ e
-    v = v.ravel() - average
+    average = weights.dot(e)
+    v = (z - origin).ravel() - average
     v[::2] = wrap(v[::2])
-    e = e - (average if weights[0] >= 0 else e[0])
+    e -= average if weights[0] >= 0 else e[0].copy()  # a row of itself would change on the way
 
     d = points - mean
-    Qs = np.kron(np.eye(k), Q)
-    S = e.T * weights @ e + Qs
+    weighted = e.T * weights
+    Qs = np.zeros((2 * k, 2 * k))
+    for i in range(0, 2 * k, 2):
+        Qs[i : i + 2, i : i + 2] = Q
     try:
-        K = np.linalg.solve(S, e.T * weights @ d).T
+        K = gain(weighted.dot(e) + Qs, weighted.dot(d))
     except np.linalg.LinAlgError as error:
         raise ValueError("Q: expected a covariance that makes S positive definite, got S singular") from error
-    left = d - e @ K.T
-    return mean + K @ v, _symmetric(left.T * weights @ left + K @ Qs @ K.T)
+    left = d - e.dot(K.T)
+    return mean + K.dot(v), symmetric((left.T * weights).dot(left) + K.dot(Qs).dot(K.T))
 
 
 def _direction(angles: np.ndarray, weights: np.ndarray) -> np.ndarray:
@@ -226,10 +241,9 @@ def _direction(angles: np.ndarray, weights: np.ndarray) -> np.ndarray:
 
 def _root(name: str, cov: np.ndarray) -> np.ndarray:
     """Return the lower triangular root of a covariance; a direction without variance has a zero column."""
-    try:
-        return np.linalg.cholesky(cov)
-    except np.linalg.LinAlgError:
-        pass
+    root, info = dpotrf(cov, lower=1, clean=1)
+    if info == 0:
+        return root
     left = cov.copy()
     n = len(left)
     slack = 1e-9 * np.abs(cov).max()
@@ -242,8 +256,3 @@ def _root(name: str, cov: np.ndarray) -> np.ndarray:
             root[j:, j] = left[j:, j] / np.sqrt(pivot)
             left -= np.outer(root[:, j], root[:, j])
     return root
-
-
-def _symmetric(matrix: np.ndarray) -> np.ndarray:
-    """Return the mean of a matrix and its transpose: symmetric to the last bit."""
-    return (matrix + matrix.T) / 2
