@@ -44,7 +44,7 @@ from roboloc import se2
 from roboloc.validation import as_array, as_floats
 from roboloc_reference import landmarks
 from roboloc_reference.gaussian import measurement_update
-from roboloc_reference.landmark_map import as_state, block_diagonal
+from roboloc_reference.landmark_map import as_state, block_diagonal, innovation
 
 
 def init_landmarks(
@@ -182,7 +182,7 @@ def update(x: ArrayLike, P: ArrayLike, z: ArrayLike, Q: ArrayLike) -> tuple[np.n
     P = as_array("P", P, (n, n))
     Q = as_array("Q", Q, (2, 2))
 
-    v, H = landmarks.innovation(x, z)
+    v, H = innovation(x, z)
     H[:, 2] = 0.0  # robot and map turned together look the same
     xi, P = measurement_update(np.zeros(n), P, v, block_diagonal(np.broadcast_to(Q, (k, 2, 2))), H)
     return _moved(xi, x), P

@@ -29,16 +29,21 @@ Every landmark is seen in every step and known by its place in the list, so ther
 Source: CMU 16-833 (Robot Localization and Mapping), homework 2, problems 1 to 3.
 """
 
-from math import atan2, cos, hypot, sin
-from operator import index
+from math import cos, sin
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboloc.angles import wrap
 from roboloc.validation import as_array, as_floats
 from roboloc_reference.gaussian import measurement_update
-from roboloc_reference.landmark_map import as_pairs, as_state, block_diagonal, evaluate
+from roboloc_reference.landmark_map import (
+    as_pairs,
+    as_state,
+    block_diagonal,
+    evaluate,
+    innovation,
+    measurement,
+)
 
 __all__ = ["evaluate", "init_landmarks", "innovation", "measurement", "predict", "update"]
 
@@ -166,111 +171,6 @@ def predict(
     Sigma[:3, 3:] = G @ Sigma[:3, 3:]
     Sigma[3:, :3] = Sigma[:3, 3:].T
     return x, Sigma
-
-
-def measurement(x: ArrayLike, j: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Predict how landmark j is seen, with the derivatives by the pose and by the landmark.
-
-    Parameters
-    ----------
-    x : (3 + 2k,) array_like
-        Pose and landmarks [m, m, rad, m, m, ...].
-    j : int
-        Which landmark, from 0 to k - 1.
-
-    Returns
-    -------
-    z : (2,) ndarray
-        Bearing, in [-pi, pi), and range [rad, m].
-    Hp : (2, 3) ndarray
-        Derivative of z by the pose.
-    Hl : (2, 2) ndarray
-        Derivative of z by the landmark.
-
-    Raises
-    ------
-    ValueError
-        If x has another shape or is not finite, if there is no landmark j, or if it lies on the robot, where a
-        bearing has no meaning.
-
-    Notes
-    -----
-    Source: CMU 16-833, homework 2, problem 1.4 to 1.6.
-
-    Examples
-    --------
-    A landmark 4 m to the left: a robot that moves 1 m ahead sees it fall back by about a quarter of a radian.
-
-    >>> z, Hp, Hl = measurement([0.0, 0.0, 0.0, 0.0, 4.0], 0)
-    >>> float(z[1]), float(z[0] / np.pi), float(Hp[0, 0])
-    (4.0, 0.5, 0.25)
-    """
-    x = as_state(x)
-    count = (x.size - 3) // 2
-    try:
-        j = index(j)
-    except TypeError as error:
-        raise ValueError(f"j: expected a whole number, got {type(j).__name__}") from error
-    if not 0 <= j < count:
-        raise ValueError(f"j: expected a landmark from 0 to k - 1 with k = {count}, got {j}")
-
-    px, py, theta = x[:3].tolist()
-    lx, ly = x[3 + 2 * j : 5 + 2 * j].tolist()
-    dx, dy = lx - px, ly - py
-    r = hypot(dx, dy)
-    if not r:
-        raise ValueError(f"x: expected landmark {j} off the robot, got both at ({px}, {py})")
-    c, s = dx / r, dy / r  # divided before they are multiplied, a range of 1e-200 does no harm
-    Hl = np.array([[-s / r, c / r], [c, s]])
-    Hp = np.array([[s / r, -c / r, -1.0], [-c, -s, 0.0]])
-    return np.array([wrap(atan2(dy, dx) - theta), r]), Hp, Hl
-
-
-def innovation(x: ArrayLike, z: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Compare a look at every landmark with its prediction; stack the differences and their derivatives.
-
-    Parameters
-    ----------
-    x : (3 + 2k,) array_like
-        Pose and landmarks [m, m, rad, m, m, ...].
-    z : (2k,) array_like
-        Bearing and range of each landmark, in their order [rad, m, rad, m, ...].
-
-    Returns
-    -------
-    v : (2k,) ndarray
-        Observation minus prediction, bearings in [-pi, pi) [rad, m, rad, m, ...].
-    H : (2k, 3 + 2k) ndarray
-        Derivative of the prediction by the state.
-
-    Raises
-    ------
-    ValueError
-        If an argument has another shape or is not finite, or if a landmark lies on the robot.
-
-    Notes
-    -----
-    Source: CMU 16-833, homework 2, problem 2.
-
-    Examples
-    --------
-    A landmark behind, expected just left of straight back and seen just right of it, is off by 0.002 rad.
-
-    >>> v, H = innovation([0.0, 0.0, 0.0, -2.0, 0.002], [-np.pi + 0.001, 2.0])
-    >>> round(float(v[0]), 5), H.shape
-    (0.002, (2, 5))
-    """
-    x = as_state(x)
-    n = x.size
-    k = (n - 3) // 2
-    z = as_array("z", z, (2 * k,)).reshape(k, 2)
-
-    v, H = np.zeros((k, 2)), np.zeros((k, 2, n))
-    for j in range(k):
-        h, H[j, :, :3], H[j, :, 3 + 2 * j : 5 + 2 * j] = measurement(x, j)
-        v[j] = z[j] - h
-    v[:, 0] = wrap(v[:, 0])
-    return v.ravel(), H.reshape(2 * k, n)
 
 
 def update(x: ArrayLike, Sigma: ArrayLike, z: ArrayLike, Q: ArrayLike) -> tuple[np.ndarray, np.ndarray]:

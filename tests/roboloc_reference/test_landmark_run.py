@@ -55,7 +55,7 @@ def smoothed():
 
 
 def test_the_run_ends_where_the_robot_is():
-    """No landmark is 0.3 m off or further than chance is once in a thousand, nor the pose; controls alone end far off."""
+    """No landmark is 0.3 m off, and none, nor the pose, further than in one run of a thousand; controls alone are."""
     log, truth = landmark_logs.load(), landmark_logs.load_truth()
     told = START
     for d, alpha in log.controls:
