@@ -104,6 +104,36 @@ def test_without_corrections_the_filter_only_predicts(kind):
     np.testing.assert_array_equal(found.nis, [0, 0, 0])
 
 
+class Growing(EkfLocalization):
+    """A filter to whose state each scan adds an entry; it keeps its own way of correcting."""
+
+    def measurement_update(self, z_raw, Q_raw):
+        """Correct, then grow."""
+        super().measurement_update(z_raw, Q_raw)
+        self.x = np.append(self.x, 7.0)
+        self.Sigma = np.pad(self.Sigma, (0, 1), constant_values=8.0)
+
+
+def test_a_state_that_grows_is_nan_before():
+    """The correction is the filter's own, and what a state did not have yet is NaN, in mean and covariance."""
+    log = LOG.changed(
+        scan_times=LOG.scan_times[:1], scans=LOG.scans[:1], z_raw=LOG.z_raw[:1], Q_raw=LOG.Q_raw[:1]
+    )
+    stages = {
+        **STAGES,
+        "compute_dynamics": lambda x, u, dt: (x + dt * u[0], np.eye(x.size), np.zeros((x.size, 2))),
+    }
+    found = run(
+        Growing(np.zeros(3), np.eye(3), np.eye(2), [[0.0], [3.0]], np.zeros(3), 3.0, stages=stages), log
+    )
+    np.testing.assert_array_equal(found.times, [0, 0, 1, 2])
+    np.testing.assert_array_equal(found.xs[:, 3], [np.nan, 7, 8, 10])
+    np.testing.assert_array_equal(found.Sigmas[:, 3, 3], [np.nan, 8, 8, 8])
+    np.testing.assert_array_equal(found.Sigmas[:, 0, 3], [np.nan, 8, 8, 8])
+    assert np.isfinite(found.xs[:, :3]).all()
+    assert np.isfinite(found.Sigmas[:, :3, :3]).all()
+
+
 def test_a_missing_stage_is_named():
     """The run stops at the first stage that is not there."""
     with pytest.raises(MissingStageError, match=r"^stage measurement_model: not supplied"):

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboloc import metrics
-from roboloc.filters.ekf import Ekf
 
 if TYPE_CHECKING:
     from roboloc.filters.localization import EkfLocalization
+    from roboloc.filters.slam import EkfSlam
     from roboloc.logs import Log
 
 
@@ -24,9 +24,10 @@ class Run:
     times : (T,) ndarray
         The start, then the end of each interval between events [s].
     xs : (T, n) ndarray
-        Means at these times, after a correction where there was one.
+        Means at these times, after a correction where there was one; n is the largest number of entries that the
+        state had, and what is beyond those that it had at the time is NaN.
     Sigmas : (T, n, n) ndarray
-        Covariances.
+        Covariances, likewise.
     scans : (K,) ndarray of int
         Where in `times` each scan is.
     observed : (K,) ndarray of int
@@ -54,14 +55,14 @@ class Run:
         return np.array([metrics.nis(v, S) for v, S in zip(self.v, self.S, strict=True)])
 
 
-def run(ekf: EkfLocalization, log: Log, *, correct: bool = True) -> Run:
+def run(ekf: EkfLocalization | EkfSlam, log: Log, *, correct: bool = True) -> Run:
     """Take a filter through a recorded run, controls and scans in the order of time.
 
     A control holds until the next one; the interval in which it holds is cut where a scan was taken.
 
     Parameters
     ----------
-    ekf : EkfLocalization
+    ekf : EkfLocalization or EkfSlam
         The filter, at its start; it is moved along and ends where the run does.
     log : roboloc.logs.Log
         The run.
@@ -86,25 +87,34 @@ def run(ekf: EkfLocalization, log: Log, *, correct: bool = True) -> Run:
         if event.dt > 0.0:
             ekf.transition_update(event.u, event.dt)
         if event.scan is not None:
-            n = ekf.x.size
-            z, Q, H = np.zeros(0), np.zeros((0, 0)), np.zeros((0, n))
+            z, Q, H = np.zeros(0), np.zeros((0, 0)), np.zeros((0, ekf.x.size))
+            observed = log.z_raw[event.scan], log.Q_raw[event.scan]
             if correct:
-                z, Q, H = ekf.measurement_model(log.z_raw[event.scan], log.Q_raw[event.scan])
+                z, Q, H = ekf.measurement_model(*observed)
             scans.append(len(times))
             vs.append(z)
             Ss.append(H @ ekf.Sigma @ H.T + Q)
             if correct:
-                Ekf.measurement_update(ekf, z, Q, H)
+                ekf.measurement_update(*observed)
         times.append(event.time)
         xs.append(ekf.x)
         Sigmas.append(ekf.Sigma)
     return Run(
         times=np.array(times),
-        xs=np.array(xs),
-        Sigmas=np.array(Sigmas),
+        xs=_padded(xs),
+        Sigmas=_padded(Sigmas),
         scans=np.array(scans, dtype=int),
         observed=np.array([z.shape[1] for z in log.z_raw], dtype=int),
         associated=np.array([len(v) // 2 for v in vs], dtype=int),
         v=tuple(vs),
         S=tuple(Ss),
     )
+
+
+def _padded(arrays: list[np.ndarray]) -> np.ndarray:
+    """Return arrays of the same number of axes as one, NaN where an array has no entry."""
+    largest = np.max([array.shape for array in arrays], axis=0)
+    padded = np.full((len(arrays), *largest), np.nan)
+    for row, array in zip(padded, arrays, strict=True):
+        row[tuple(map(slice, array.shape))] = array
+    return padded
