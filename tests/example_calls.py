@@ -93,6 +93,7 @@ EXAMPLES = {
     "roboloc.worlds.arena": (),
     "roboloc.worlds.lines_of": (worlds.maze().segments,),
     "roboloc.worlds.maze": (),
+    "roboloc.worlds.scatter": (worlds.arena(), 5, RNG),
     "roboloc_reference.association.compute_innovations": (
         LINES,
         np.stack([P2] * 3),

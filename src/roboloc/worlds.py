@@ -107,6 +107,57 @@ def lines_of(segments: ArrayLike) -> np.ndarray:
     return np.array(found).reshape(-1, 2).T
 
 
+def scatter(world: World, count: int, rng: np.random.Generator) -> np.ndarray:
+    """Draw poses from everywhere inside a world's outer walls, looking everywhere.
+
+    An outer wall is one that has all others on one side. Whoever knows nothing but the map of a world may be at any
+    of these poses; the floor behind a cut-off corner, which a robot cannot reach, is among them.
+
+    Parameters
+    ----------
+    world : World
+        The world. Where outer walls leave a gap, the smallest upright rectangle about all walls closes it.
+    count : int
+        How many poses to draw.
+    rng : numpy.random.Generator
+        Source of the draws.
+
+    Returns
+    -------
+    (count, 3) ndarray
+        Poses, the headings in [-pi, pi) [m, m, rad].
+
+    Raises
+    ------
+    ValueError
+        If all walls are on one line.
+
+    Examples
+    --------
+    A triangle with two sides of 1 m along the axes: no pose is beyond the third, and on average they are at 1/3.
+
+    >>> corner = [[0.0, 0.0, 1.0, 0.0], [1.0, 0.0, 0.0, 1.0], [0.0, 1.0, 0.0, 0.0]]
+    >>> xs = scatter(World("corner", corner, lines_of(corner), [0.2, 0.2, 0.0]), 50_000, np.random.default_rng(0))
+    >>> bool((xs[:, 0] + xs[:, 1] < 1.0).all()), xs[:, :2].mean(axis=0).round(2).tolist()
+    (True, [0.33, 0.33])
+    """
+    corners = world.segments.reshape(-1, 2)
+    alpha, r = lines_of(world.segments)
+    if r.size < 2:
+        raise ValueError(f"world: expected walls on two lines or more, got {r.size}")
+    normals = np.stack([np.cos(alpha), np.sin(alpha)])
+    beyond = corners @ normals - r
+    low, high = corners.min(axis=0), corners.max(axis=0)
+    # All corners lie between two parallels to each wall. One of them is the wall itself where it is an outer one.
+    least, most = beyond.min(axis=0), beyond.max(axis=0)
+    kept = np.zeros((0, 3))
+    while len(kept) < count:
+        xs = rng.uniform([*low, -pi], [*high, pi], (count, 3))
+        off = xs[:, :2] @ normals - r
+        kept = np.vstack([kept, xs[((off >= least) & (off <= most)).all(axis=1)]])
+    return kept[:count]
+
+
 def maze() -> World:
     """Return a maze of 15 walls on 14 lines: a hall, three rooms and a corridor, 16 m by 12 m.
 

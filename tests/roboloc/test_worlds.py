@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from oracles import read_only
 
-from roboloc.worlds import World, arena, lines_of, maze
+from roboloc.worlds import World, arena, lines_of, maze, scatter
 
 WORLDS = [maze(), arena()]
 
@@ -99,3 +99,43 @@ def test_a_wall_without_length_is_refused():
     """A point lies on every line through it."""
     with pytest.raises(ValueError, match=r"^segments: expected walls with a length, got the point \(1"):
         lines_of([[1, 2, 1, 2]])
+
+
+@pytest.mark.parametrize("world", WORLDS, ids=lambda world: world.name)
+def test_poses_are_scattered_evenly_over_the_whole_floor(world):
+    """No pose is outside, every square metre that is all inside has its share, and so has every heading."""
+    xs = scatter(world, 40_000, np.random.default_rng(0))
+    corners = (
+        np.array([[-8, -6], [8, -6], [8, 6], [-8, 6]]) if world.name == "maze" else world.segments[:, :2]
+    )
+    ahead = np.roll(corners, -1, axis=0) - corners
+
+    def depth(points):
+        """Return how far inside the outline, given counter-clockwise, points are."""
+        off = points[:, None] - corners
+        return ((ahead[:, 0] * off[..., 1] - ahead[:, 1] * off[..., 0]) / np.hypot(*ahead.T)).min(axis=1)
+
+    x, y = corners.T
+    area = (x @ np.roll(y, -1) - y @ np.roll(x, -1)) / 2
+    assert xs.shape == (40_000, 3)
+    assert depth(xs[:, :2]).min() > -1e-9
+    counts, *_ = np.histogram2d(xs[:, 0], xs[:, 1], bins=[np.arange(-8, 9), np.arange(-6, 7)])
+    middles = np.stack(np.meshgrid(np.arange(-7.5, 8), np.arange(-5.5, 6), indexing="ij"), axis=-1)
+    whole = depth(middles.reshape(-1, 2)).reshape(counts.shape) > 0.71
+    share = 40_000 / area
+    assert whole.sum() > 15
+    assert np.abs(counts[whole] - share).max() < 5 * np.sqrt(share)
+    headings, _ = np.histogram(xs[:, 2], bins=np.linspace(-np.pi, np.pi, 9))
+    assert np.abs(headings - 5000).max() < 5 * np.sqrt(5000)
+
+
+def test_walls_on_one_line_enclose_no_floor():
+    """Poses cannot be scattered behind a single wall."""
+    wall = [[0.0, 0.0, 1.0, 0.0]]
+    with pytest.raises(ValueError, match=r"^world: expected walls on two lines or more, got 1"):
+        scatter(World("wall", wall, lines_of(wall), np.zeros(3)), 5, np.random.default_rng(0))
+
+
+def test_no_pose_is_asked_for():
+    """A count of 0 gives no pose."""
+    assert scatter(arena(), 0, np.random.default_rng(0)).shape == (0, 3)
