@@ -297,7 +297,7 @@ def test_a_sample_that_says_too_little_is_refused(text, words, tmp_path):
 def test_a_sample_is_read_as_it_is_written(tmp_path):
     """Options, sentence and cells are read; a cell may come from a file of the repository."""
     path = tmp_path / "odd.md"
-    cell = "```{cell} dynamics from tests/autograder/alternatives/series.py\n```\n"
+    cell = "```{cell} dynamics from tests/autograder/alternatives/motion_model/series.py\n```\n"
     path.write_text(
         f"---\nrest: release\ndelete: [a]\n---\n# Odd\n\nWhat\nit does.\n\n```{{cell}} b\nx = 1\n```\n\n{cell}"
     )

@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from autograder.check import run_stage
-from autograder.checks import EXPRESSIONS, STAGES
+from autograder.checks import EXPRESSIONS, STAGES, SUBJECTS
 from autograder.diagnose import diagnose
 from autograder.misconceptions import of_stage
 
@@ -53,9 +53,9 @@ def stages() -> dict[str, Stage]:
 
 
 def alternatives(stage: Stage) -> dict[str, Callable[..., Any]]:
-    """Load the correct versions of a stage that are not the reference."""
+    """Load the correct versions of a stage that are not the reference, from the folder of its subject."""
     found = {}
-    for path in sorted(ALTERNATIVES.glob("*.py")):
+    for path in sorted((ALTERNATIVES / SUBJECTS[stage.name]).glob("*.py")):
         spec = importlib.util.spec_from_file_location(f"alternative_{path.stem}", path)
         module = importlib.util.module_from_spec(spec)
         spec.loader.exec_module(module)

@@ -8,7 +8,7 @@ student does, and the cells that the student writes, by grade id::
         ...
     ```
 
-``{cell} dynamics from tests/autograder/alternatives/series.py`` takes the cell from a file instead. Lines
+``{cell} dynamics from tests/autograder/alternatives/motion_model/series.py`` takes the cell from a file instead. Lines
 between ``---`` at the top say more, all of it optional:
 
 ``rest: release``

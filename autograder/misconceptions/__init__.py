@@ -1,29 +1,20 @@
 """Wrong versions of the graded stages, each one real mistake with a name: one module per subject.
 
 They are used twice. Every one must fail its stage's checks; and when a submission fails, its results are
-compared with theirs, so that feedback can say what the mistake is.
+compared with theirs, so that feedback can say what the mistake is. A module here that has ``MISCONCEPTIONS`` is part of
+the list; nothing else needs to name it.
 """
 
 from __future__ import annotations
 
-from autograder.misconceptions import (
-    association_and_update,
-    correction,
-    line_measurements,
-    line_normalization,
-    line_transform,
-    motion_model,
-    prediction,
-    single_wall,
-    upside_down,
-    wheel_speeds,
-)
+from importlib import import_module
+from pkgutil import iter_modules
 
-MISCONCEPTIONS = motion_model.MISCONCEPTIONS + prediction.MISCONCEPTIONS + wheel_speeds.MISCONCEPTIONS
-MISCONCEPTIONS += line_transform.MISCONCEPTIONS + line_normalization.MISCONCEPTIONS
-MISCONCEPTIONS += line_measurements.MISCONCEPTIONS + upside_down.MISCONCEPTIONS
-MISCONCEPTIONS += association_and_update.MISCONCEPTIONS + correction.MISCONCEPTIONS
-MISCONCEPTIONS += single_wall.MISCONCEPTIONS
+MISCONCEPTIONS = tuple(
+    item
+    for entry in iter_modules(__path__)
+    for item in getattr(import_module(f"{__name__}.{entry.name}"), "MISCONCEPTIONS", ())
+)
 
 
 def of_stage(stage: str) -> tuple:

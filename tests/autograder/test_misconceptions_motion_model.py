@@ -40,7 +40,7 @@ def observed(stage, function):
 
 def handout_switch():
     """Load the handout's solution, whose numbers at small omega are not the reference's."""
-    path = Path(__file__).parent / "alternatives" / "handout_switch.py"
+    path = Path(__file__).parent / "alternatives" / "motion_model" / "handout_switch.py"
     spec = importlib.util.spec_from_file_location("handout_switch", path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)

@@ -8,6 +8,7 @@ from IPython.core.interactiveshell import InteractiveShell
 from IPython.utils.capture import capture_output
 
 from roboloc.checks import STAGES, check, motion
+from roboloc.checks.report import Check
 from roboloc_reference import gaussian
 from roboloc_reference.motion import compute_dynamics as reference_dynamics
 
@@ -293,7 +294,16 @@ def test_an_unknown_stage_is_told_which_there_are(arguments):
     """The report names the stages that have a public check."""
     report = check(*arguments)
     assert not report
-    assert "compute_dynamics, transition_update" in report.items[0].message
+    assert "motion.compute_dynamics, gaussian.transition_update" in report.items[0].message
+
+
+def test_a_stage_of_two_problems_is_found_by_its_full_name(monkeypatch):
+    """The name alone means the first problem's."""
+    other = (Check("is the other one", lambda _: None),)
+    monkeypatch.setitem(STAGES, "slam.compute_dynamics", other)
+    assert [item.name for item in check(unwritten, "slam.compute_dynamics").items] == ["is the other one"]
+    for name in ("compute_dynamics", "motion.compute_dynamics"):
+        assert "not written yet" in check(unwritten, name).items[0].message
 
 
 def test_prints_of_the_function_are_not_shown(capsys, monkeypatch):

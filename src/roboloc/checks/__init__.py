@@ -15,16 +15,19 @@ from roboloc.checks.report import Check, Item, Report, run, show
 __all__ = ["STAGES", "Item", "Report", "check"]
 
 STAGES: dict[str, tuple[Check, ...]] = {
-    "compute_dynamics": motion.COMPUTE_DYNAMICS,
-    "transition_update": gaussian.TRANSITION_UPDATE,
-    "transform_line_to_scanner_frame": lines.TRANSFORM,
-    "normalize_line_parameters": lines.NORMALIZE,
-    "compute_predicted_measurements": lines.PREDICTED,
-    "compute_innovations": association.COMPUTE_INNOVATIONS,
-    "measurement_model": association.MEASUREMENT_MODEL,
-    "measurement_update": gaussian.MEASUREMENT_UPDATE,
+    "motion.compute_dynamics": motion.COMPUTE_DYNAMICS,
+    "gaussian.transition_update": gaussian.TRANSITION_UPDATE,
+    "lines.transform_line_to_scanner_frame": lines.TRANSFORM,
+    "lines.normalize_line_parameters": lines.NORMALIZE,
+    "lines.compute_predicted_measurements": lines.PREDICTED,
+    "association.compute_innovations": association.COMPUTE_INNOVATIONS,
+    "association.measurement_model": association.MEASUREMENT_MODEL,
+    "gaussian.measurement_update": gaussian.MEASUREMENT_UPDATE,
 }
-"""The checks of each stage, in the order in which they are made."""
+"""The checks of each stage, in the order in which they are made.
+
+Two stages may bear the same name in two problems: the name alone then means the first of them.
+"""
 
 
 def check(function: Callable, stage: str | None = None) -> Report:
@@ -36,7 +39,8 @@ def check(function: Callable, stage: str | None = None) -> Report:
         The student's function. Whatever it does, the check does not fail because of it: a function that
         raises, or returns nothing, is told so.
     stage : str, optional
-        Name of the stage, where the function's own name is another.
+        Name of the stage, where the function's own name is another, or where other problems have a stage of
+        that name too: ``"lines.compute_predicted_measurements"``.
 
     Returns
     -------
@@ -68,12 +72,16 @@ def check(function: Callable, stage: str | None = None) -> Report:
 
 def _report(function: Any, stage: str | None) -> Report:
     name = stage if stage is not None else getattr(function, "__name__", None)
-    name = name.rsplit(".", 1)[-1] if isinstance(name, str) else type(function).__name__
+    name = name if isinstance(name, str) else type(function).__name__
+    short = name.rsplit(".", 1)[-1]
     if not callable(function):
         got = "None: has its cell been run?" if function is None else f"{type(function).__name__}."
-        return Report(name, (Item("is a function", passed=False, message=f"Expected a function, got {got}"),))
-    if name not in STAGES:
+        return Report(
+            short, (Item("is a function", passed=False, message=f"Expected a function, got {got}"),)
+        )
+    known = [known for known in STAGES if known == name or known.endswith(f".{name}")]
+    if not known:
         message = f"There is no public check of that name. There are: {', '.join(STAGES)}.\nFor a function of"
-        message += f' another name say which stage it is:\ncheck({name}, stage="{next(iter(STAGES))}").'
-        return Report(name, (Item("is a known stage", passed=False, message=message),))
-    return run(name, function, STAGES[name])
+        message += f' another name say which stage it is:\ncheck({short}, stage="{next(iter(STAGES))}").'
+        return Report(short, (Item("is a known stage", passed=False, message=message),))
+    return run(short, function, STAGES[known[0]])
