@@ -1,7 +1,7 @@
 import numpy as np
 import pytest
 
-from roboloc.filters import Ekf, EkfLocalization, MissingStageError, run
+from roboloc.filters import Ekf, EkfLocalization, MissingStageError, MonteCarloLocalization, run
 from roboloc.logs import Log
 
 LOG = Log(
@@ -132,6 +132,27 @@ def test_a_state_that_grows_is_nan_before():
     np.testing.assert_array_equal(found.Sigmas[:, 0, 3], [np.nan, 8, 8, 8])
     assert np.isfinite(found.xs[:, :3]).all()
     assert np.isfinite(found.Sigmas[:, :3, :3]).all()
+
+
+@pytest.mark.parametrize("correct", [True, False])
+def test_a_cloud_goes_through_a_run_too(correct):
+    """Mean and covariance of the particles are recorded; there is no innovation that all of them share."""
+    stages = {
+        "transition_model": lambda xs, us, dt: xs + us[:, :1] * dt * np.eye(3)[0],
+        "compute_predicted_measurements": lambda xs, map_lines, _: np.tile(map_lines, (len(xs), 1, 1)),
+        "compute_innovations": lambda z_raw, _, hs: np.zeros((len(hs), z_raw.size)),
+        "measurement_weights": lambda vs, _, ws: np.array([1.0, 0.0]) if vs.size else ws,
+    }
+    x0, rng = [[0.0, 1.0, 0.0], [0.0, 3.0, 0.0]], np.random.default_rng(0)
+    pf = MonteCarloLocalization(
+        x0, np.zeros((2, 2)), [[0.0], [3.0]], np.zeros(3), 3.0, rng, stages=stages, threshold=0.0
+    )
+    found = run(pf, LOG, correct=correct)
+    np.testing.assert_allclose(found.xs[:, 0], [0, 0, 0.5, 1, 3, 5], atol=1e-12)
+    np.testing.assert_allclose(found.xs[1:, 1], np.full(5, 1.0 if correct else 2.0))
+    np.testing.assert_allclose(found.Sigmas[:, 1, 1], [1] + 5 * [0.0 if correct else 1.0])
+    np.testing.assert_array_equal(found.observed, [2, 1, 0])
+    np.testing.assert_array_equal(found.associated, [0, 0, 0])
 
 
 def test_a_missing_stage_is_named():

@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom, chi2
 
+from roboloc import logs
+from roboloc.filters import run
 from roboloc.metrics import nees, pose_error
 from roboloc.simulation import figure_eight, simulate_motion
 from roboloc.worlds import arena, scatter
@@ -39,11 +41,11 @@ def drive(rng, start, steps, kidnapped_at=None, scale=1.0):
         yield u, pose, z_raw + root @ rng.normal(size=z_raw.shape)
 
 
-def localize(cloud, run, rng, **options):
-    """Take a filter through a run; return its errors, position [m] plus heading [rad], after each step."""
+def localize(cloud, steps, rng, **options):
+    """Take a filter through the steps of a drive; return its errors, position [m] plus heading [rad]."""
     mcl = MonteCarloLocalization(cloud, R, WORLD.map_lines, TF, 3.0, rng, **options)
     off = []
-    for u, pose, z_raw in run:
+    for u, pose, z_raw in steps:
         mcl.transition_update(u, DT)
         mcl.measurement_update(z_raw, [Q] * SEEN)
         dx, dy, dtheta = pose_error(mcl.x, pose)
@@ -61,6 +63,19 @@ def test_a_robot_that_knows_nothing_finds_itself(threshold):
         off = localize(anywhere(2000, rng), drive(rng, start, 30), rng, threshold=threshold)
         ends.append(off[-5:].max())
     assert np.sum(np.array(ends) < 0.4) >= 13
+
+
+def test_the_recorded_run_of_the_arena_is_followed():
+    """A thousand particles are never more than 5 cm off, and 5 mm on average."""
+    log, rng = logs.load("arena"), np.random.default_rng(0)
+    cloud = rng.multivariate_normal(log.x0, log.Sigma0, 1000)
+    mcl = MonteCarloLocalization(
+        cloud, log.R, WORLD.map_lines, log.tf_base_to_camera, 3.0, rng, threshold=0.5
+    )
+    found = run(mcl, log)
+    dx, dy, _ = pose_error(found.xs[found.scans], log.truth_at(log.scan_times)).T
+    assert np.hypot(dx, dy).max() < 0.05
+    assert np.hypot(dx, dy).mean() < 0.005
 
 
 def kidnapped(fresh):
@@ -108,9 +123,9 @@ def test_the_mean_goes_to_that_of_the_ekf_as_the_cloud_grows():
     # The difference in standard deviations, its root mean square over 60 clouds and the entries of the pose. Its
     # exponent comes out with a standard error of 0.02.
     scale, start, Sigma0 = 1 / 400, np.array([0.2, 0.0, 0.5]), 2e-5 * np.eye(3)
-    run = list(drive(np.random.default_rng(0), start, 3, scale=scale))
+    steps = list(drive(np.random.default_rng(0), start, 3, scale=scale))
     ekf = EkfLocalization(start, Sigma0, scale * R, WORLD.map_lines, TF, 10.0)
-    for u, _, z_raw in run:
+    for u, _, z_raw in steps:
         ekf.transition_update(u, DT)
         ekf.measurement_update(z_raw, [scale * Q] * SEEN)
 
@@ -121,7 +136,7 @@ def test_the_mean_goes_to_that_of_the_ekf_as_the_cloud_grows():
             rng = np.random.default_rng(seed)
             cloud = rng.multivariate_normal(start, Sigma0, M)
             mcl = MonteCarloLocalization(cloud, scale * R, WORLD.map_lines, TF, 10.0, rng, threshold=0.5)
-            for u, _, z_raw in run:
+            for u, _, z_raw in steps:
                 mcl.transition_update(u, DT)
                 mcl.measurement_update(z_raw, [scale * Q] * SEEN)
             squares.append(pose_error(mcl.x, ekf.x) ** 2 / np.diag(ekf.Sigma))
@@ -150,11 +165,11 @@ def inside(stages=STAGES, M=1500):
         mcl = MonteCarloLocalization(
             cloud, scale * R, WORLD.map_lines, TF, 3.0, rng, stages=stages, threshold=0.5
         )
-        run = list(drive(rng, start, 3, scale=scale))
-        for u, _, z_raw in run:
+        steps = list(drive(rng, start, 3, scale=scale))
+        for u, _, z_raw in steps:
             mcl.transition_update(u, DT)
             mcl.measurement_update(z_raw, [scale * Q] * SEEN)
-        count += nees(pose_error(mcl.x, run[-1][1]), mcl.Sigma) < chi2.ppf(PROBABILITY, 3)
+        count += nees(pose_error(mcl.x, steps[-1][1]), mcl.Sigma) < chi2.ppf(PROBABILITY, 3)
     return count
 
 

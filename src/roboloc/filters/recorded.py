@@ -8,9 +8,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from roboloc import metrics
+from roboloc.filters.ekf import Ekf
 
 if TYPE_CHECKING:
     from roboloc.filters.localization import EkfLocalization
+    from roboloc.filters.monte_carlo import MonteCarloLocalization
     from roboloc.filters.slam import EkfSlam
     from roboloc.logs import Log
 
@@ -33,7 +35,8 @@ class Run:
     observed : (K,) ndarray of int
         Number of lines in each scan.
     associated : (K,) ndarray of int
-        Number of them that matched a line of the map.
+        Number of them that matched a line of the map; 0 for a cloud of particles, which has no gate and no one
+        innovation.
     v : tuple of K (2k,) ndarray
         Stacked innovation of each scan, k being the number that matched.
     S : tuple of K (2k, 2k) ndarray
@@ -55,19 +58,19 @@ class Run:
         return np.array([metrics.nis(v, S) for v, S in zip(self.v, self.S, strict=True)])
 
 
-def run(ekf: EkfLocalization | EkfSlam, log: Log, *, correct: bool = True) -> Run:
+def run(ekf: EkfLocalization | EkfSlam | MonteCarloLocalization, log: Log, *, correct: bool = True) -> Run:
     """Take a filter through a recorded run, controls and scans in the order of time.
 
     A control holds until the next one; the interval in which it holds is cut where a scan was taken.
 
     Parameters
     ----------
-    ekf : EkfLocalization or EkfSlam
+    ekf : EkfLocalization, EkfSlam or MonteCarloLocalization
         The filter, at its start; it is moved along and ends where the run does.
     log : roboloc.logs.Log
         The run.
     correct : bool
-        Whether to use the scans; without, the filter only predicts, and any `Ekf` will do.
+        Whether to use the scans; without, the filter only predicts, and any `Ekf` or `ParticleFilter` will do.
 
     Returns
     -------
@@ -89,7 +92,7 @@ def run(ekf: EkfLocalization | EkfSlam, log: Log, *, correct: bool = True) -> Ru
         if event.scan is not None:
             z, Q, H = np.zeros(0), np.zeros((0, 0)), np.zeros((0, ekf.x.size))
             observed = log.z_raw[event.scan], log.Q_raw[event.scan]
-            if correct:
+            if correct and isinstance(ekf, Ekf):
                 z, Q, H = ekf.measurement_model(*observed)
             scans.append(len(times))
             vs.append(z)
