@@ -174,10 +174,11 @@ def test_exported_grades_hold_everyone_once(tmp_path):
     """A student without a line in the exported grades, or with two, is named."""
     path = tmp_path / "grades.csv"
     path.write_text("assignment,student_id\nset,ada\nset,bob\nset,bob\n")
-    assert report.exported(path, ["ada"]) == []
-    assert report.exported(path, ["bob", "eve"]) == [
-        "bob: expected one line of grades.csv, got 2",
-        "eve: expected one line of grades.csv, got 0",
+    assert report.exported(path, [("set", "ada")]) == []
+    assert report.exported(path, [("set", "bob"), ("set", "eve"), ("next", "ada")]) == [
+        "bob, set: expected one line of grades.csv, got 2",
+        "eve, set: expected one line of grades.csv, got 0",
+        "ada, next: expected one line of grades.csv, got 0",
     ]
 
 
@@ -222,6 +223,7 @@ def test_results_are_compared_with_the_table_of_each_notebook(monkeypatch):
         "ada": {"one": sample("ada", ""), "two": sample("eve", "")},
         "bob": {"one": sample("bob", "")},
     }
+    assignment = course.Assignment("set", dict.fromkeys(["one", "two"]), students)
     tables = {
         "one": {"ada": Result({"a": "1"}), "bob": Result({"a": "2"})},
         "two": {"eve": Result({"b": "3"})},
@@ -231,15 +233,15 @@ def test_results_are_compared_with_the_table_of_each_notebook(monkeypatch):
         "one": {"ada": Result({"a": "1"}), "bob": Result({"a": "2"})},
         "two": {"eve": Result({"b": "3"}), "bob": Result({"b": "0"})},
     }
-    assert course.compare(students, found) == []
+    assert course.compare(assignment, found) == []
     found["two"]["bob"] = Result({"b": "1"})
     found["one"]["ada"] = Result({"a": "0"})
-    assert course.compare(students, found) == [
+    assert course.compare(assignment, found) == [
         "one: ada, a: expected 1, got 0",
         "two: bob, b: expected 0, got 1",
     ]
     del found["two"]["bob"]
-    assert "two: bob: expected in the gradebook, got no such student" in course.compare(students, found)
+    assert "two: bob: expected in the gradebook, got no such student" in course.compare(assignment, found)
 
 
 def test_a_change_of_anything_the_class_is_made_from_is_seen(tmp_path, monkeypatch):

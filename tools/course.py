@@ -9,8 +9,8 @@ written by hand, a gradebook row for each grade cell of each student, feedback t
 nothing of a student's, and processor seconds within the limit of the configuration.
 
 Usage: ``python tools/course.py [--every-mistake] [--notebook NAME ...] [--anew]``. Without ``--every-mistake`` only the
-first notebook's samples make all known mistakes, those of the others every fourth one; ``make test`` grades them all.
-The exit status is 0 if all is as expected.
+samples of an assignment's largest class make all known mistakes, those of its other notebooks every fourth one;
+``make test`` grades them all. The exit status is 0 if all is as expected.
 """
 
 from __future__ import annotations
@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "build" / "demo"
 MADE = DEMO / ".made-from"  # of what the class was graded as expected
-ASSIGNMENT = "ekf-localization"
+SAMPLES = ROOT / "samples"
 MANUAL, MISSING = "manual", "no row"
 DIAGNOSIS = "diagnosis"
 CONFIGURATION = '''\
@@ -118,37 +118,46 @@ Class = dict[str, dict[str, sample_class.Sample]]
 """What each student hands in, by notebook; see `sample_class.deal`."""
 
 
-def read_results(course: Path, students: Class) -> dict[str, dict[str, Result]]:
+@dataclass(frozen=True)
+class Assignment:
+    """An assignment of the sample class: its name, the sources of its notebooks, and who hands in what."""
+
+    name: str
+    sources: dict[str, NotebookNode]
+    students: Class
+
+
+def read_results(course: Path, assignment: Assignment) -> dict[str, dict[str, Result]]:
     """Read what became of the class from its gradebook and its graded notebooks: results by notebook and sample.
 
     A student who handed in nothing of a notebook stands there with the own name.
     """
     found: dict[str, dict[str, Result]] = {}
     with Gradebook(f"sqlite:///{course}/gradebook.db") as gradebook:
-        for notebook in gradebook.find_assignment(ASSIGNMENT).notebooks:
+        for notebook in gradebook.find_assignment(assignment.name).notebooks:
             names = [cell.name for cell in [*notebook.grade_cells, *notebook.task_cells]]
             rows = found[notebook.name] = {}
             for submission in notebook.submissions:
                 student = submission.student.id
-                sample = students.get(student, {}).get(notebook.name)
+                sample = assignment.students.get(student, {}).get(notebook.name)
                 grades = {grade.cell.name: _score(grade) for grade in submission.grades}
-                path = course / "autograded" / student / ASSIGNMENT / f"{notebook.name}.ipynb"
+                path = course / "autograded" / student / assignment.name / f"{notebook.name}.ipynb"
                 rows[sample.name if sample else student] = Result(
                     {name: grades.get(name, MISSING) for name in names}, course_report.diagnosis(path)
                 )
     return found
 
 
-def compare(students: Class, found: dict[str, dict[str, Result]]) -> list[str]:
+def compare(assignment: Assignment, found: dict[str, dict[str, Result]]) -> list[str]:
     """Say where the class came out otherwise than the tables expect."""
     faults = []
-    for notebook in sorted({notebook for handed_in in students.values() for notebook in handed_in}):
+    for notebook in sorted(assignment.sources):
         results = found.get(notebook, {})
-        expected = read_expected(ROOT / "samples" / ASSIGNMENT / notebook / "expected.csv")
-        absent = {name for name, handed_in in students.items() if notebook not in handed_in}
-        samples = {handed_in[notebook].name for handed_in in students.values() if notebook in handed_in}
+        expected = read_expected(SAMPLES / assignment.name / notebook / "expected.csv")
+        handed_in = {student: has.get(notebook) for student, has in assignment.students.items()}
+        samples = {sample.name for sample in handed_in.values() if sample}
         expected = {name: row for name, row in expected.items() if name in samples}
-        for name in sorted(absent):
+        for name in sorted(student for student, sample in handed_in.items() if not sample):
             scores = results[name].scores if name in results else {"any cell": MISSING}
             expected[name] = Result(dict.fromkeys(scores, "0"))
         faults += [f"{notebook}: {line}" for line in differences(expected, results)]
@@ -180,39 +189,39 @@ class Clock:
         return time.monotonic() - self.began
 
 
-def prepare(course: Path, only: Sequence[str] = ()) -> dict[str, NotebookNode]:
-    """Make the course's folder anew, with its sources, and return the sources of its notebooks, all or some."""
+def prepare(course: Path, only: Sequence[str] = ()) -> None:
+    """Make the course's folder anew, with the sources of its notebooks, all or some."""
     shutil.rmtree(course, ignore_errors=True)
     course.mkdir(parents=True)
     (course / "nbgrader_config.py").write_text(CONFIGURATION, encoding="utf-8")
     notebooks.build_sources(ROOT / "solutions", course / "source")
-    paths = {path.stem: path for path in sorted((course / "source" / ASSIGNMENT).glob("*.ipynb"))}
+    paths = {path.stem: path for path in sorted((course / "source").glob("*/*.ipynb"))}
     if unknown := set(only) - set(paths):
         raise SystemExit(f"--notebook: expected one of {', '.join(paths)}, got {', '.join(sorted(unknown))}")
     for name in set(paths) - set(only or paths):
         paths[name].unlink()
-    return read_sources(course)
 
 
-def read_sources(course: Path) -> dict[str, NotebookNode]:
-    """Return the sources of the notebooks of the assignment."""
-    paths = sorted((course / "source" / ASSIGNMENT).glob("*.ipynb"))
-    return {path.stem: nbformat.read(path, as_version=4) for path in paths}
-
-
-def students_of(sources: dict[str, NotebookNode], *, every_mistake: bool = True) -> Class:
-    """Return the class of the assignment: students, and what they hand in.
+def assignments(course: Path, *, every_mistake: bool = True) -> list[Assignment]:
+    """Return the assignments of a course that is prepared, with the class.
 
     Parameters
     ----------
-    sources : dict of str to NotebookNode
-        The notebooks.
+    course : pathlib.Path
+        See `prepare`.
     every_mistake : bool, optional
         Whether the samples of all notebooks make every known mistake, or those of the largest class alone.
     """
-    folder = ROOT / "samples" / ASSIGNMENT
+    found = []
+    for folder in sorted(path for path in (course / "source").iterdir() if any(path.glob("*.ipynb"))):
+        sources = {path.stem: nbformat.read(path, as_version=4) for path in sorted(folder.glob("*.ipynb"))}
+        found.append(Assignment(folder.name, sources, _students(folder.name, sources, every_mistake)))
+    return found
+
+
+def _students(assignment: str, sources: dict[str, NotebookNode], every_mistake: bool) -> Class:
     classes = {
-        name: sample_class.sample_class(folder / name, sample_class.stage_cells(source))
+        name: sample_class.sample_class(SAMPLES / assignment / name, sample_class.stage_cells(source))
         for name, source in sources.items()
     }
     largest = max(classes, key=lambda name: len(classes[name]))
@@ -223,14 +232,14 @@ def students_of(sources: dict[str, NotebookNode], *, every_mistake: bool = True)
     return sample_class.deal(classes)
 
 
-def hand_in(course: Path, sources: dict[str, NotebookNode], students: Class, port: int) -> None:
+def hand_in(course: Path, assignment: Assignment, port: int) -> None:
     """Write what the students hand in."""
     places = {"repository": str(ROOT), "course": str(course), "port": str(port)}
-    folder = ROOT / "notebooks" / ASSIGNMENT
-    releases = {name: nbformat.read(folder / f"{name}.ipynb", as_version=4) for name in sources}
-    answers = {name: sample_class.solutions(source) for name, source in sources.items()}
-    for student, handed_in in students.items():
-        target = course / "submitted" / student / ASSIGNMENT
+    folder = ROOT / "notebooks" / assignment.name
+    releases = {name: nbformat.read(folder / f"{name}.ipynb", as_version=4) for name in assignment.sources}
+    answers = {name: sample_class.solutions(source) for name, source in assignment.sources.items()}
+    for student, handed_in in assignment.students.items():
+        target = course / "submitted" / student / assignment.name
         target.mkdir(parents=True)
         for name, sample in handed_in.items():
             data = sample_class.hand_in(sample, releases[name], answers[name], places)
@@ -293,58 +302,73 @@ def print_table(notebook: str, found: dict[str, Result]) -> None:
 def grade(course: Path, options: argparse.Namespace, clock: Clock) -> list[str]:
     """Hand the class in and let nbgrader grade it; return what is not as expected."""
     faults: list[str] = []
+    with clock("sources built"):
+        prepare(course, options.notebook)
+    names = sorted(path.name for path in (course / "source").iterdir() if any(path.glob("*.ipynb")))
     with Listener() as listener:
-        with clock("source built"):
-            sources = prepare(course, options.notebook)
-        with (
-            clock("nbgrader generate_assignment, sample class handed in"),
-            running(course, ["generate_assignment", ASSIGNMENT]),
-        ):
-            students = students_of(sources, every_mistake=options.every_mistake)
-            hand_in(course, sources, students, listener.port)
+        with clock("nbgrader generate_assignment, sample class handed in"):
+            with running(course, ["generate_assignment", names[0]]):
+                found = assignments(course, every_mistake=options.every_mistake)
+                for assignment in found:
+                    hand_in(course, assignment, listener.port)
+            for name in names[1:]:
+                with running(course, ["generate_assignment", name]):
+                    pass
         if not listener.hears():
             faults.append("the listener does not hear connections, so that none proves nothing")
-        count = sum(map(len, students.values()))
-        with (
-            clock(f"nbgrader autograde: {count} notebooks of {len(students)} students"),
-            running(course, ["autograde", ASSIGNMENT], bar=True),
-        ):
-            pass
+        for assignment in found:
+            count = sum(map(len, assignment.students.values()))
+            what = f"nbgrader autograde {assignment.name}: {count} notebooks of {len(assignment.students)} students"
+            with clock(what), running(course, ["autograde", assignment.name], bar=True):
+                pass
         if listener.visits:
             faults.append(f"connects-out: the listener had {listener.visits} connections")
-    with (
-        clock("nbgrader generate_feedback, export"),
-        running(course, ["generate_feedback", ASSIGNMENT], ["export"]),
-    ):
-        pass
+    for number, name in enumerate(names):
+        last = number == len(names) - 1  # the grades are exported meanwhile
+        with (
+            clock(f"nbgrader generate_feedback {name}{', export' if last else ''}"),
+            running(course, ["generate_feedback", name], *([["export"]] if last else [])),
+        ):
+            pass
     return faults
 
 
-def look(course: Path, students: Class, sources: dict[str, NotebookNode]) -> list[str]:
+def look(course: Path, found: list[Assignment]) -> list[str]:
     """Look at everything that a graded class leaves behind, print it, and return what is not as expected."""
-    found = read_results(course, students)
-    faults = compare(students, found)
-    names = list(students)
-    seconds, limit = {}, processor_limit()
+    faults: list[str] = []
     numbers = course_report.hidden_numbers((course / FILE).read_text(encoding="utf-8").strip())
     with ProcessPoolExecutor() as pool:
         leaks = [
-            pool.submit(course_report.leaks, course, ASSIGNMENT, name, names, source, numbers)
-            for name, source in sources.items()
+            pool.submit(course_report.leaks, course, one.name, name, list(one.students), source, numbers)
+            for one in found
+            for name, source in one.sources.items()
         ]
-    for name, leak in zip(sources, leaks, strict=True):
-        faults += leak.result()
-        took = course_report.seconds(course, ASSIGNMENT, name, names)
-        faults += course_report.overruns(took, names, limit)
+        for assignment in found:
+            faults += _look_at(course, assignment)
+        faults += [line for leak in leaks for line in leak.result()]
+    handed_in = [(assignment.name, student) for assignment in found for student in assignment.students]
+    return faults + course_report.exported(course / "grades.csv", handed_in)
+
+
+def _look_at(course: Path, assignment: Assignment) -> list[str]:
+    """Look at the scores and processor seconds of an assignment, and print them."""
+    found = read_results(course, assignment)
+    faults = compare(assignment, found)
+    seconds, limit = {}, processor_limit()
+    for name in assignment.sources:
+        students = list(assignment.students)
+        took = course_report.seconds(course, assignment.name, name, students)
+        faults += course_report.overruns(took, students, limit)
         seconds |= {(student, name): value for student, value in took.items()}
-    faults += course_report.exported(course / "grades.csv", names)
-    print()
+    print(f"\n{assignment.name}\n{'=' * len(assignment.name)}\n")
     for name, results in found.items():
-        handed_in = {has[name].name for has in students.values() if name in has}
+        handed_in = {has[name].name for has in assignment.students.values() if name in has}
         print_table(name, {sample: result for sample, result in results.items() if sample in handed_in})
     if seconds:
         longest = max(seconds, key=seconds.__getitem__)
+        honest = sum(value for (student, _), value in seconds.items() if student == "perfect")
         took = f"{seconds[longest]:.1f} processor seconds"
+        print(f"One honest submission: {honest:.1f} processor seconds in the sandbox.")
         print(f"Longest: {', '.join(longest)}, {took}; the limit is {limit:g}.\n")
     return faults
 
@@ -365,14 +389,13 @@ def main(arguments: Sequence[str] | None = None) -> int:
         faults = grade(DEMO, options, clock)
     else:
         print("         graded before, and nothing has changed since: --anew grades it again")
-    sources = read_sources(DEMO)
-    students = students_of(sources, every_mistake=options.every_mistake)
     with clock("everything looked at"):
-        faults += look(DEMO, students, sources)
+        found = assignments(DEMO, every_mistake=options.every_mistake)
+        faults += look(DEMO, found)
     print(f"{clock.total:6.1f} s  together\n")
     for what, path in (
         ("book", ROOT / "_build" / "html" / "index.html"),
-        ("notebooks", ROOT / "notebooks" / ASSIGNMENT),
+        ("notebooks", ROOT / "notebooks"),
         ("feedback", DEMO / "feedback"),
         ("grades", DEMO / "grades.csv"),
     ):
@@ -383,7 +406,8 @@ def main(arguments: Sequence[str] | None = None) -> int:
         print("\n".join(f"  {fault}" for fault in faults), file=sys.stderr)
         return 1
     MADE.write_text(made, encoding="utf-8")
-    print(f"\nAll {len(students)} students got what they must get.")
+    count = len({student for assignment in found for student in assignment.students})
+    print(f"\nAll {count} students got what they must get.")
     return 0
 
 

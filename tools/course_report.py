@@ -203,14 +203,14 @@ def _bare(page: Path) -> str:
     return _STYLE.sub("", _DATA.sub("", page.read_text(encoding="utf-8")))
 
 
-def exported(path: Path, students: Sequence[str]) -> list[str]:
-    """Say which students the exported grades lack, or have more than once."""
+def exported(path: Path, handed_in: Sequence[tuple[str, str]]) -> list[str]:
+    """Say which submissions, by assignment and student, the exported grades lack, or have more than once."""
     with path.open(newline="", encoding="utf-8") as file:
-        names = [row["student_id"] for row in csv.DictReader(file)]
+        found = [(row["assignment"], row["student_id"]) for row in csv.DictReader(file)]
     return [
-        f"{name}: expected one line of {path.name}, got {names.count(name)}"
-        for name in students
-        if names.count(name) != 1
+        f"{student}, {assignment}: expected one line of {path.name}, got {found.count((assignment, student))}"
+        for assignment, student in handed_in
+        if found.count((assignment, student)) != 1
     ]
 
 
