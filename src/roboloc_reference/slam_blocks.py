@@ -132,7 +132,7 @@ class BlockEkfSlam:
         """
         lines = as_array("lines", lines if np.size(lines) else np.zeros(0), ("K",))
         K, J = lines.size, (self.x.size - 3) // 2
-        if not np.isin(lines, np.arange(J)).all():
+        if np.any((lines < 0) | (lines >= J) | (lines % 1 != 0)):
             raise ValueError(f"lines: expected whole numbers from 0 to {J - 1}, got {lines.tolist()}")
         z_raw = as_array("z_raw", z_raw, (2, K))
         Q_raw = as_array("Q_raw", Q_raw if K else np.zeros((0, 2, 2)), (K, 2, 2))
