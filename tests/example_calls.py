@@ -107,7 +107,6 @@ EXAMPLES = {
     "roboloc_reference.ballistic.motion": (BALL, DT, 9.81, 0.8),
     "roboloc_reference.ballistic.predict": (BALL, P4, DT, 9.81, 0.8, P4),
     "roboloc_reference.extraction.extract_lines": (BEARINGS, RANGES, PARAMS, 1e-6, 1e-4),
-    "roboloc_reference.extraction.fit_line": (BEARINGS, RANGES, 1e-6, 1e-4),
     "roboloc_reference.extraction.merge": (BEARINGS, RANGES, np.array([[0, 9], [9, 31]]), PARAMS),
     "roboloc_reference.extraction.split": (BEARINGS, RANGES, PARAMS),
     "roboloc_reference.gaussian.measurement_update": (POSE, P3, U, P2, JACOBIANS[0]),
@@ -129,6 +128,9 @@ EXAMPLES = {
     "roboloc_reference.landmarks.measurement": (POINT_MAP, 0),
     "roboloc_reference.landmarks.predict": (POINT_MAP, P5, U, P3),
     "roboloc_reference.landmarks.update": (POINT_MAP, P5, SEEN[:2], P2),
+    "roboloc_reference.line_fit.as_beams": (BEARINGS, RANGES),
+    "roboloc_reference.line_fit.fit_line": (BEARINGS, RANGES, 1e-6, 1e-4),
+    "roboloc_reference.line_fit.fit_runs": (BEARINGS, RANGES, np.array([9, 22]), 1e-6, 1e-4),
     "roboloc_reference.lines.compute_predicted_measurements": (POSE, LINES, TF),
     "roboloc_reference.lines.normalize_line_parameters": (-U, JACOBIANS[0]),
     "roboloc_reference.lines.transform_line_to_scanner_frame": (U, POSE, TF),
@@ -161,6 +163,8 @@ EXAMPLES = {
 }
 
 UNCHECKED = {
+    "roboloc_reference.line_fit.as_beams": "checks two arguments of its callers and returns them",
+    "roboloc_reference.line_fit.fit_runs": "gets the beams and variances that its callers have checked",
     "roboloc_reference.landmark_map.as_pairs": "checks an argument of its callers and returns a view of it",
     "roboloc_reference.landmark_map.as_state": "checks an argument of its callers and returns it",
     "roboloc_reference.landmark_map.block_diagonal": "gets the covariance that its callers have checked",

@@ -1,32 +1,32 @@
-r"""Lines in a range scan: fit one, then split and merge to find them all.
+r"""Lines in a range scan: split and merge to find them all, then fit each.
 
 A scan is a list of beams, bearing theta and range rho, in the order in which they were taken. A line is alpha, r:
-the points with x cos(alpha) + y sin(alpha) = r. In the frame of its nearest point, beam i has the coordinates
-
-.. math:: n_i = \rho_i \cos(\theta_i - \alpha) - r, \qquad t_i = \rho_i \sin(\theta_i - \alpha),
-
-across the line and along it. The fit makes the sum of the squared n_i as small as it gets. Its solution is where
-sum n_i (t_i - tbar) = 0 and sum n_i = 0; differentiating these two equations gives how alpha and r follow an error
-of each beam, and so their covariance, without a second fit.
+the points with x cos(alpha) + y sin(alpha) = r; how it is fitted is the matter of :mod:`roboloc_reference.line_fit`.
 
 Runs of beams are half-open ranges [first, last + 1). `split` cuts a scan where neighbours are too far apart, and
 then every run that is no line where two lines fit it best. `merge` joins neighbours that are one line after all.
 `extract_lines` does both to the beams that saw something, drops what is too short, and moves each corner to where
-its two lines agree best. A wall that lies across the first and the last beam of a full turn is found as two.
+its two lines agree best; then it looks again for what can be merged, or shared by two neighbours. Two walls on one
+line with a gap between them stay two.
+
+A full turn has no first beam. Where the last beam and the first are neighbours, a wall that lies across the two is
+found as one, and its range goes on behind the last beam: [350, 365) of 360 beams ends with beam 4.
 
 Source: Stanford AA274A, problem set 3, line extraction. Derived in the book, *Fitting lines to a scan*.
 """
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from itertools import pairwise
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboloc.angles import wrap
+from roboloc.angles import TURN
 from roboloc.validation import as_array, as_number
+from roboloc_reference.line_fit import as_beams, fit_line, fit_runs
 from roboloc_reference.scan_points import ScanPoints
+
+__all__ = ["Params", "extract_lines", "fit_line", "merge", "split"]
 
 
 @dataclass(frozen=True)
@@ -60,85 +60,6 @@ class Params:
             as_number(name, value, minimum=2.0 if name == "min_points" else 0.0)
 
 
-def fit_line(
-    theta: ArrayLike, rho: ArrayLike, var_theta: float, var_rho: float
-) -> tuple[float, float, np.ndarray]:
-    """Fit a line to beams by least squares of the perpendicular distance.
-
-    Parameters
-    ----------
-    theta : (N,) array_like
-        Bearings [rad].
-    rho : (N,) array_like
-        Ranges [m], N at least 2.
-    var_theta : float
-        Variance of a bearing [rad^2].
-    var_rho : float
-        Variance of a range [m^2].
-
-    Returns
-    -------
-    alpha : float
-        Direction from the origin to the line, in [-pi, pi) [rad].
-    r : float
-        Distance of the line, not negative [m].
-    C : (2, 2) ndarray
-        Covariance of alpha, r when the errors of all beams are independent, to first order.
-
-    Raises
-    ------
-    ValueError
-        If an argument has another shape, is negative or is not finite, if there are fewer than two points, or if
-        the points have no direction, as when all are one.
-
-    Notes
-    -----
-    Source: Stanford AA274A, problem set 3, line fitting.
-
-    Examples
-    --------
-    A wall 2 m to the left, seen by three beams, and how well: with ranges good to 3 cm its distance is known to
-    2 cm and its direction to 1 degree.
-
-    >>> theta = np.pi / 2 + np.array([-0.5, 0.0, 0.5])
-    >>> alpha, r, C = fit_line(theta, 2.0 / np.sin(theta), 0.0, 0.03**2)
-    >>> round(float(np.degrees(alpha)), 9), round(r, 9)
-    (90.0, 2.0)
-    >>> f"{np.degrees(C[0, 0] ** 0.5):.0f} degree, {C[1, 1] ** 0.5:.2f} m"
-    '1 degree, 0.02 m'
-    """
-    theta, rho = _beams(theta, rho)
-    var_theta = as_number("var_theta", var_theta, minimum=0.0)
-    var_rho = as_number("var_rho", var_rho, minimum=0.0)
-    N = theta.size
-    if N < 2:
-        raise ValueError(f"theta: expected at least 2 beams, got {N}")
-    x, y = rho * np.cos(theta), rho * np.sin(theta)
-    x_mean, y_mean = x.mean(), y.mean()
-    dx, dy = x - x_mean, y - y_mean
-    # The direction across the line has the least scatter; twice its angle is free of square roots.
-    cross, along = -2.0 * (dx @ dy), dy @ dy - dx @ dx
-    spread = np.hypot(cross, along)
-    if spread <= 1e-14 * (rho @ rho):
-        raise ValueError("rho: expected points with a direction, got one point or a round cloud")
-    alpha = 0.5 * np.arctan2(cross, along)
-    r = x_mean * np.cos(alpha) + y_mean * np.sin(alpha)
-    if r < 0.0:
-        alpha, r = alpha + np.pi, -r
-
-    c, s = np.cos(theta - alpha), np.sin(theta - alpha)
-    n, t = rho * c - r, rho * s
-    offset = t - t.mean()
-    # An error of beam i moves its point by (c, s) drho + (-t, rho c) dtheta across and along the line.
-    alpha_rho = -(offset * c + n * s) / spread
-    alpha_theta = -(-offset * t + n * rho * c) / spread
-    r_rho = c / N + t.mean() * alpha_rho
-    r_theta = -t / N + t.mean() * alpha_theta
-    by_rho, by_theta = np.stack([alpha_rho, r_rho]), np.stack([alpha_theta, r_theta])
-    C = var_rho * (by_rho @ by_rho.T) + var_theta * (by_theta @ by_theta.T)
-    return float(wrap(alpha)), float(r), C
-
-
 def split(theta: ArrayLike, rho: ArrayLike, params: Params | Mapping[str, float]) -> np.ndarray:
     """Cut a scan into runs of neighbours that lie on one line each.
 
@@ -170,17 +91,8 @@ def split(theta: ArrayLike, rho: ArrayLike, params: Params | Mapping[str, float]
     >>> split(theta, rho, params).tolist()
     [[0, 4], [4, 8]]
     """
-    params = _params(params)
-    scan = ScanPoints(*_beams(theta, rho), params.line_point_distance, params.max_point_gap)
-    todo, done = scan.runs()[::-1], []
-    while todo:
-        i, j = todo.pop()
-        if scan.is_line(i, j):
-            done.append((i, j))
-        else:
-            k = scan.corner(i, j, 1)
-            todo += [(k, j), (i, k)]
-    return np.array(done, dtype=int).reshape(-1, 2)
+    runs = _points(*as_beams(theta, rho), _params(params)).split()
+    return np.array(runs, dtype=int).reshape(-1, 2)
 
 
 def merge(
@@ -216,17 +128,8 @@ def merge(
     >>> merge(theta, 1.0 / np.cos(theta), [[0, 2], [2, 5]], Params(0.3, 0.02, 0.5, 3)).tolist()
     [[0, 5]]
     """
-    params = _params(params)
-    scan = ScanPoints(*_beams(theta, rho), params.line_point_distance, params.max_point_gap)
-    runs = _ranges(ranges, scan.size)
-    cost = [scan.joint_distance(a, b) for a, b in pairwise(runs)]
-    while cost and min(cost) <= scan.line_point_distance:
-        k = int(np.argmin(cost))
-        runs[k : k + 2] = [(runs[k][0], runs[k + 1][1])]
-        del cost[k]
-        for m in (k - 1, k):
-            if 0 <= m < len(cost):
-                cost[m] = scan.joint_distance(runs[m], runs[m + 1])
+    scan = _points(*as_beams(theta, rho), _params(params))
+    runs = scan.merge(_ranges(ranges, scan.size))
     return np.array(runs, dtype=int).reshape(-1, 2)
 
 
@@ -259,7 +162,8 @@ def extract_lines(
     segments : (I, 4) ndarray
         Where each begins and ends, x1, y1, x2, y2: its first and last point, projected on the line [m].
     ranges : (I, 2) ndarray of int
-        First beam and last beam + 1 of each, counted in the arguments; beams in between may have seen nothing.
+        First beam and last beam + 1 of each, in ascending order, counted in the arguments; beams in between may
+        have seen nothing. Of a full turn an end may be above N: beam N + i is beam i.
 
     Raises
     ------
@@ -283,27 +187,42 @@ def extract_lines(
     ([-30.0, 60.0], [2.0, 1.0])
     """
     theta = as_array("theta", theta, ("N",))
+    beams = theta.size
     seen, rho = _seen(rho, theta.shape)
     var_theta = as_number("var_theta", var_theta, minimum=0.0)
     var_rho = as_number("var_rho", var_rho, minimum=0.0)
     params = _params(params)
-    theta = theta[seen]
-    runs = merge(theta, rho, split(theta, rho, params), params)
+    laps = 2 if _is_full_turn(theta) else 1
+    theta, rho = np.tile(theta[seen], laps), np.tile(rho, laps)
+    seen = np.concatenate([seen + beams * lap for lap in range(laps)])
+    scan = _points(theta, rho, params)
+    runs = (scan.walls_of_full_turn if laps == 2 and rho.size else scan.walls)(params.min_points)
 
-    scan = ScanPoints(theta, rho, params.line_point_distance, params.max_point_gap)
-    many = runs[:, 1] - runs[:, 0] >= params.min_points
-    runs = scan.with_sharp_corners(runs[many].tolist(), params.min_points)
-
-    alpha, r = np.empty(len(runs)), np.empty(len(runs))
-    C, segments = np.empty((len(runs), 2, 2)), np.empty((len(runs), 4))
-    for m, (i, j) in enumerate(runs):
-        alpha[m], r[m], C[m] = fit_line(theta[i:j], rho[i:j], var_theta, var_rho)
-        normal = np.array([np.cos(alpha[m]), np.sin(alpha[m])])
-        ends = scan.points[:, [i, j - 1]].T
-        segments[m] = (ends - np.outer(ends @ normal - r[m], normal)).ravel()
-    ranges = np.array([(seen[i], seen[j - 1] + 1) for i, j in runs], dtype=int).reshape(-1, 2)
+    runs = np.array(runs, dtype=int).reshape(-1, 2)
+    of_runs = np.concatenate([np.arange(i, j) for i, j in runs] or [np.zeros(0, dtype=int)])
+    alpha, r, C = fit_runs(theta[of_runs], rho[of_runs], runs[:, 1] - runs[:, 0], var_theta, var_rho)
+    normal = np.stack([np.cos(alpha), np.sin(alpha)], axis=1)[:, None]
+    ends = scan.points.T[runs - [0, 1]]
+    segments = (ends - (np.sum(ends * normal, axis=2) - r[:, None])[..., None] * normal).reshape(-1, 4)
+    ranges = seen[runs - [0, 1]] + [0, 1]
+    ranges[ranges[:, 0] >= beams] -= beams
     long = np.hypot(*(segments[:, 2:] - segments[:, :2]).T) >= params.min_segment_length
-    return alpha[long], r[long], C[long], segments[long], ranges[long]
+    kept = np.argsort(ranges[:, 0])
+    kept = kept[long[kept]]
+    return alpha[kept], r[kept], C[kept], segments[kept], ranges[kept]
+
+
+def _is_full_turn(theta: np.ndarray) -> bool:
+    """Tell whether the last beam and the first are neighbours: no farther apart than 1.5 of the widest step."""
+    steps = np.diff(theta)
+    if steps.size < 2 or not (np.all(steps > 0.0) or np.all(steps < 0.0)):
+        return False
+    left = TURN - abs(theta[-1] - theta[0])
+    return -1e-9 <= left <= 1.5 * np.abs(steps).max()
+
+
+def _points(theta: np.ndarray, rho: np.ndarray, params: Params) -> ScanPoints:
+    return ScanPoints(theta, rho, params.line_point_distance, params.max_point_gap)
 
 
 def _params(params: Params | Mapping[str, float]) -> Params:
@@ -314,12 +233,6 @@ def _params(params: Params | Mapping[str, float]) -> Params:
         got = sorted(params) if isinstance(params, Mapping) else type(params).__name__
         raise ValueError(f"params: expected {names}, got {got}")
     return Params(**params)
-
-
-def _beams(theta: ArrayLike, rho: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    theta = as_array("theta", theta, ("N",))
-    rho = as_array("rho", rho, theta.shape)
-    return theta, rho
 
 
 def _seen(rho: ArrayLike, shape: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
