@@ -16,7 +16,8 @@ tooth beyond the last mark would point at nothing. For the same reason a tooth t
 is moved one digit back.
 
 The comb is not searched for in the ruler, which costs M log M. Its teeth are even, so every mark c_i knows the
-number of teeth before it but for rounding; how many marks precede a tooth is the running sum of their histogram.
+number of teeth before it; only where rounding decides, mark and tooth are compared. How many marks precede a tooth
+is the running sum of their histogram.
 
 Source: Stanford AA274A (2021), problem set 4, problem 3 (iii); Flinders University, Instrumentation, tutorial 6.
 """
@@ -25,6 +26,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboloc.validation import as_array, as_number
+
+# Marks handled at a time, so that they stay in the cache.
+_BLOCK = 16_384
 
 
 def systematic_resample(ws: ArrayLike, offset: float) -> np.ndarray:
@@ -75,20 +79,26 @@ def systematic_resample(ws: ArrayLike, offset: float) -> np.ndarray:
     if not 0.0 < total < np.inf:
         raise ValueError(f"ws: expected a positive, finite total, got {total}")
 
-    teeth = np.empty(M + 2)  # with one before the first and one behind the last
-    teeth[0], teeth[-1] = -np.inf, np.inf
-    u = teeth[1:-1]
-    np.divide(np.arange(M), M, out=u)
-    u += offset
-    u *= total
-    np.minimum(u, np.nextafter(total, 0.0), out=u)
-
-    # before[i]: how many teeth lie before the mark c_i. Rounding can put the quotient off by one; two exact
-    # comparisons put it right, so that the result is that of the definition to the last digit.
-    c_share = c / total
-    c_share -= offset
-    c_share *= M
-    before = np.clip(np.ceil(c_share, out=c_share), 0, M).astype(np.intp)
-    before -= teeth[before] >= c
-    before += teeth[before + 1] < c
+    before = np.empty(M, np.intp)
+    for start in range(0, M, _BLOCK):
+        block = slice(start, start + _BLOCK)
+        before[block] = _teeth_before(c[block], total, offset, M)
     return np.cumsum(np.bincount(before, minlength=M)[:M])
+
+
+def _teeth_before(c: np.ndarray, total: float, offset: float, M: int) -> np.ndarray:
+    """Count for each mark the teeth of the comb that lie before it."""
+    share = c / total
+    share *= M
+    share -= offset * M
+    before = np.ceil(share)
+    # Where a mark is so close to a tooth that rounding decides, the two are compared.
+    share -= before
+    share += 0.5
+    np.abs(share, out=share)
+    close = np.flatnonzero(share > 0.5 - 8.0 * np.finfo(float).eps * M)
+    if close.size:
+        m = np.rint((c[close] / total - offset) * M)
+        u = np.minimum((offset + m / M) * total, np.nextafter(total, 0.0))
+        before[close] = m + (u < c[close])
+    return np.clip(before, 0, M, out=before)
