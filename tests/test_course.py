@@ -9,12 +9,14 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_outp
 
 import course
 import course_report as report
+import course_results
 import inputs
+import sample_class
 
 ROOT = Path(__file__).resolve().parents[1]
 
 
-Result = course.Result
+Result = course_results.Result
 NUMBERS = report.hidden_numbers("a course")
 
 
@@ -30,7 +32,7 @@ def table():
 def test_nothing_to_say_about_a_class_as_expected(table):
     """Equal results give no line, and a score is a number however it is written."""
     found = {**table, "bob": Result({"a": "0.30", "b": "0.0"})}
-    assert course.differences(table, found) == []
+    assert course_results.differences(table, found) == []
 
 
 @pytest.mark.parametrize(
@@ -50,7 +52,7 @@ def test_nothing_to_say_about_a_class_as_expected(table):
 def test_each_difference_is_named(table, student, result, line):
     """A wrong score, a missing row, a wrong diagnosis, a missing and an unknown student each give their line."""
     found = {**table, student: result}
-    assert course.differences(table, {k: v for k, v in found.items() if v is not None}) == [line]
+    assert course_results.differences(table, {k: v for k, v in found.items() if v is not None}) == [line]
 
 
 def test_diagnosis_is_read_from_the_reports_of_test_cells(tmp_path):
@@ -218,30 +220,32 @@ def test_commands_run_beside_the_body_and_are_waited_for(tmp_path):
 
 def test_results_are_compared_with_the_table_of_each_notebook(monkeypatch):
     """Each notebook has its own table; who handed in nothing of one must have rows there, of no points."""
-    sample = course.sample_class.Sample
+    sample = sample_class.Sample
     students = {
         "ada": {"one": sample("ada", ""), "two": sample("eve", "")},
         "bob": {"one": sample("bob", "")},
     }
-    assignment = course.Assignment("set", dict.fromkeys(["one", "two"]), students)
+    assignment = course_results.Assignment("set", dict.fromkeys(["one", "two"]), students)
     tables = {
         "one": {"ada": Result({"a": "1"}), "bob": Result({"a": "2"})},
         "two": {"eve": Result({"b": "3"})},
     }
-    monkeypatch.setattr(course, "read_expected", lambda path: dict(tables[path.parent.name]))
+    monkeypatch.setattr(course_results, "read_expected", lambda path: dict(tables[path.parent.name]))
     found = {
         "one": {"ada": Result({"a": "1"}), "bob": Result({"a": "2"})},
         "two": {"eve": Result({"b": "3"}), "bob": Result({"b": "0"})},
     }
-    assert course.compare(assignment, found) == []
+    assert course_results.compare(assignment, found) == []
     found["two"]["bob"] = Result({"b": "1"})
     found["one"]["ada"] = Result({"a": "0"})
-    assert course.compare(assignment, found) == [
+    assert course_results.compare(assignment, found) == [
         "one: ada, a: expected 1, got 0",
         "two: bob, b: expected 0, got 1",
     ]
     del found["two"]["bob"]
-    assert "two: bob: expected in the gradebook, got no such student" in course.compare(assignment, found)
+    assert "two: bob: expected in the gradebook, got no such student" in course_results.compare(
+        assignment, found
+    )
 
 
 def test_a_change_of_anything_the_class_is_made_from_is_seen(tmp_path, monkeypatch):
