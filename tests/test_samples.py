@@ -9,7 +9,7 @@ import nbformat
 import numpy as np
 import pytest
 
-import course
+import course_results
 import notebooks
 import sample_class
 from autograder.check import Recorder, copied, run_stage
@@ -85,19 +85,19 @@ def grade_ids(notebook):
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
 def test_table_lists_every_student_and_every_grade_cell(folder):
     """The table of a notebook has a line for each student and a column for each cell that has points or is marked."""
-    expected = course.read_expected(folder / "expected.csv")
+    expected = course_results.read_expected(folder / "expected.csv")
     assert sorted(expected) == list(class_of(folder))
     graded = [c for c in release(folder).cells if (m := c.metadata.get("nbgrader")) and (m.grade or m.task)]
     points = {cell.metadata.nbgrader["grade_id"]: cell.metadata.nbgrader["points"] for cell in graded}
     for name, result in expected.items():
         assert result.scores.keys() == points.keys(), name
         for cell, score in result.scores.items():
-            assert score == course.MANUAL or 0 <= float(score) <= points[cell], (name, cell)
+            assert score == course_results.MANUAL or 0 <= float(score) <= points[cell], (name, cell)
 
 
 def diagnoses(folder):
     """Return the mistakes that the table lists for each ``mistake-`` student."""
-    expected = course.read_expected(folder / "expected.csv")
+    expected = course_results.read_expected(folder / "expected.csv")
     return {
         name: result.diagnosis.split("; ") for name, result in expected.items() if name.startswith("mistake-")
     }
@@ -179,9 +179,9 @@ def test_a_cell_has_one_writer_who_is_in_the_class(tmp_path):
 @pytest.mark.parametrize("folder", FOLDERS, ids=lambda folder: folder.name)
 def test_who_loses_points_and_who_does_not(folder):
     """Right ways of writing get everything, mistakes cost something, and students who attack earn nothing by it."""
-    expected = course.read_expected(folder / "expected.csv")
+    expected = course_results.read_expected(folder / "expected.csv")
     totals = {
-        name: sum(float(score) for score in result.scores.values() if score != course.MANUAL)
+        name: sum(float(score) for score in result.scores.values() if score != course_results.MANUAL)
         for name, result in expected.items()
     }
     points = [c.metadata.get("nbgrader", {}) for c in source(folder).cells]
