@@ -12,8 +12,10 @@ import numpy as np
 
 from roboloc import checks, logs, worlds
 from roboloc.filters import Run
+from roboloc_reference.contenders import four_filters
 from roboloc_reference.ekf import EkfLocalization
 from roboloc_reference.extraction import Params
+from roboloc_reference.scenarios import simulate
 
 RNG, AX = object(), object()
 
@@ -41,6 +43,7 @@ BEARINGS = np.radians(np.arange(-60.0, 61.0, 4.0))
 RANGES = 2.0 / np.cos(BEARINGS)
 PARAMS = Params(min_segment_length=0.3, line_point_distance=0.06, max_point_gap=0.8, min_points=4)
 POINT_MAP, LINE_MAP = np.concatenate([POSE, [4.0, 1.0]]), np.concatenate([POSE, LINES.T.ravel()])
+SCENARIO, DATA = simulate(np.random.default_rng(0)), Path(worlds.__file__).parent / "data"
 LOG = logs.load("arena").until(1.0)
 RUN = Run(
     *(np.arange(2.0), np.stack([POSE, POSE]), np.stack([P3, P3])),
@@ -64,9 +67,13 @@ EXAMPLES = {
     "roboloc.checks.report.show": (checks.Report("a stage", ()),),
     "roboloc.checks.report.text": (P3,),
     "roboloc.filters.recorded.run": (log_filter(), LOG),
+    "roboloc.landmark_logs.load": (),
+    "roboloc.landmark_logs.load_truth": (),
+    "roboloc.landmark_logs.read": (DATA / "landmarks.txt",),
+    "roboloc.landmark_logs.read_truth": (DATA / "landmarks-truth.txt",),
     "roboloc.lidar.cast_rays": (worlds.arena().segments, POSE, BEARINGS, 3.5),
     "roboloc.logs.load": ("arena",),
-    "roboloc.logs.read": (Path(worlds.__file__).parent / "data" / "arena.npz",),
+    "roboloc.logs.read": (DATA / "arena.npz",),
     "roboloc.metrics.chi2_band": (3, 0.95, 200),
     "roboloc.metrics.credible_ellipse": (P2, 0.95),
     "roboloc.metrics.effective_sample_size": (WEIGHTS,),
@@ -106,10 +113,21 @@ EXAMPLES = {
     "roboloc_reference.ballistic.correct": (BALL, P4, U, P2),
     "roboloc_reference.ballistic.motion": (BALL, DT, 9.81, 0.8),
     "roboloc_reference.ballistic.predict": (BALL, P4, DT, 9.81, 0.8, P4),
+    "roboloc_reference.ballistic.vertical_motion": (1.0, -3.0, DT, 9.81, 0.8),
+    "roboloc_reference.comparison.compare": ([SCENARIO], four_filters(np.random.default_rng(0), 50)),
+    "roboloc_reference.comparison.follow": (
+        SCENARIO,
+        four_filters(np.random.default_rng(0))["EKF"](SCENARIO),
+    ),
+    "roboloc_reference.comparison.to_markdown": ((),),
+    "roboloc_reference.contenders.four_filters": (RNG, 50),
     "roboloc_reference.extraction.extract_lines": (BEARINGS, RANGES, PARAMS, 1e-6, 1e-4),
     "roboloc_reference.extraction.merge": (BEARINGS, RANGES, np.array([[0, 9], [9, 31]]), PARAMS),
     "roboloc_reference.extraction.split": (BEARINGS, RANGES, PARAMS),
+    "roboloc_reference.gaussian.conditioned": (POSE, P3, U, P2, JACOBIANS[0]),
+    "roboloc_reference.gaussian.gain": (P2, JACOBIANS[0]),
     "roboloc_reference.gaussian.measurement_update": (POSE, P3, U, P2, JACOBIANS[0]),
+    "roboloc_reference.gaussian.symmetric": (X,),
     "roboloc_reference.gaussian.transition_update": (POSE, P3, JACOBIANS[0].T, P3, P2, DT),
     "roboloc_reference.invariant.correct": (X, P3, np.c_[LANDMARKS, [1.0, 1.0]], LANDMARKS, P2),
     "roboloc_reference.invariant.predict": (X, P3, TWIST, P3, DT),
@@ -123,9 +141,9 @@ EXAMPLES = {
     "roboloc_reference.landmark_map.as_state": (POINT_MAP,),
     "roboloc_reference.landmark_map.block_diagonal": (np.stack([P2, P2]),),
     "roboloc_reference.landmark_map.evaluate": (POINT_MAP, P5, U),
+    "roboloc_reference.landmark_map.innovation": (POINT_MAP, SEEN[:2]),
+    "roboloc_reference.landmark_map.measurement": (POINT_MAP, 0),
     "roboloc_reference.landmarks.init_landmarks": (SEEN, P2, POSE, P3),
-    "roboloc_reference.landmarks.innovation": (POINT_MAP, SEEN[:2]),
-    "roboloc_reference.landmarks.measurement": (POINT_MAP, 0),
     "roboloc_reference.landmarks.predict": (POINT_MAP, P5, U, P3),
     "roboloc_reference.landmarks.update": (POINT_MAP, P5, SEEN[:2], P2),
     "roboloc_reference.line_fit.as_beams": (BEARINGS, RANGES),
@@ -138,6 +156,7 @@ EXAMPLES = {
     "roboloc_reference.mcl.compute_predicted_measurements": (CLOUD, LINES, TF),
     "roboloc_reference.mcl.measurement_weights": (np.ones((4, 2)), P2[None], WEIGHTS),
     "roboloc_reference.mcl.transition_model": (CLOUD, np.stack([U] * 4), DT),
+    "roboloc_reference.motion.arc": (2.0, 0.4, 0.5, DT),
     "roboloc_reference.motion.compute_dynamics": (POSE, U, DT),
     "roboloc_reference.odometry.bearing_likelihood": (CLOUD, LANDMARKS[0], 0.2, 0.3),
     "roboloc_reference.odometry.bootstrap_step": (
@@ -148,6 +167,10 @@ EXAMPLES = {
     "roboloc_reference.particle.correct": (CLOUD, WEIGHTS, SEEN, LANDMARKS, P2),
     "roboloc_reference.particle.predict": (CLOUD, TWIST, ALPHAS6, DT, RNG),
     "roboloc_reference.resampling.systematic_resample": (WEIGHTS, 0.1),
+    "roboloc_reference.restitution.correct": (np.append(BALL, 0.8), P5, U, P2),
+    "roboloc_reference.restitution.motion": (np.append(BALL, 0.8), DT, 9.81),
+    "roboloc_reference.restitution.predict": (np.append(BALL, 0.8), P5, DT, 9.81, P5),
+    "roboloc_reference.scenarios.simulate": (RNG, 1.0),
     "roboloc_reference.slam.augment": (LINE_MAP, np.eye(9), U, P2, TF),
     "roboloc_reference.slam.compute_predicted_measurements": (LINE_MAP, TF),
     "roboloc_reference.slam.transition_model": (LINE_MAP, U, DT),
@@ -160,9 +183,20 @@ EXAMPLES = {
     "roboloc_reference.velocity.noise": (TWIST, ALPHAS6),
     "roboloc_reference.velocity.range_bearing": (POSE, LANDMARKS[0]),
     "roboloc_reference.velocity.range_bearings": (CLOUD, LANDMARKS),
+    "roboloc_reference.velocity.sightings": (POSE.tolist(), LANDMARKS.tolist()),
+    "roboloc_reference.velocity.wrap_float": (4.0,),
+    "roboloc_reference.velocity_ekf.correct": (POSE, P3, SEEN, LANDMARKS, P2),
+    "roboloc_reference.velocity_ekf.predict": (POSE, P3, TWIST, P3, DT),
 }
 
 UNCHECKED = {
+    "roboloc_reference.ballistic.vertical_motion": "gets floats that its callers have checked",
+    "roboloc_reference.gaussian.conditioned": "gets what measurement_update and others have checked",
+    "roboloc_reference.gaussian.gain": "gets two products of checked matrices",
+    "roboloc_reference.gaussian.symmetric": "gets what was computed from checked matrices",
+    "roboloc_reference.motion.arc": "gets floats that its callers have checked",
+    "roboloc_reference.velocity.sightings": "gets lists of floats that its callers have checked",
+    "roboloc_reference.velocity.wrap_float": "gets a float that was computed from checked ones",
     "roboloc_reference.line_fit.as_beams": "checks two arguments of its callers and returns them",
     "roboloc_reference.line_fit.fit_runs": "gets the beams and variances that its callers have checked",
     "roboloc_reference.landmark_map.as_pairs": "checks an argument of its callers and returns a view of it",
