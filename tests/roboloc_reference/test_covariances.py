@@ -2,8 +2,17 @@ import numpy as np
 import pytest
 
 from roboloc.angles import wrap
-from roboloc_reference import ballistic, gaussian, invariant, landmarks, ukf
-from roboloc_reference.velocity import range_bearings
+from roboloc_reference import (
+    ballistic,
+    gaussian,
+    invariant,
+    invariant_slam,
+    landmark_map,
+    landmarks,
+    ukf,
+    velocity_ekf,
+)
+from roboloc_reference.velocity import range_bearing, range_bearings
 
 EPS = np.finfo(float).eps
 UPDATES = 2000
@@ -27,27 +36,50 @@ def twins(rng):
     return r * np.array([np.cos(phi), np.sin(phi)]) + 1e-5 * rng.normal(size=(2, 2))
 
 
+def handout(Sigma, H, Q):
+    """Return Sigma - K S K^T for one or more observations of covariance Q each."""
+    S = H @ Sigma @ H.T + np.kron(np.eye(len(H) // len(Q)), Q)
+    K = np.linalg.solve(S, H @ Sigma).T
+    return Sigma - K @ S @ K.T
+
+
 def plain(rng):
     """Correct by two observations of nearly the same thing."""
     Sigma, Q = wide(rng, 6), sharp(rng, 2)
     H = rng.normal(size=(1, 6)) + 1e-5 * rng.normal(size=(2, 6))
     after = gaussian.measurement_update(rng.normal(size=6), Sigma, rng.normal(size=2), Q, H)[1]
-    return Sigma, after, H @ Sigma, H @ Sigma @ H.T + Q
+    return Sigma, after, handout(Sigma, H, Q)
+
+
+def map_of_twins(rng):
+    """Draw a map of two landmarks that nearly coincide: the little in which they differ goes with the pose."""
+    T = np.eye(7)
+    T[5:, :2], T[5:, 3:5], T[5:, 5:] = 1e-2 * np.eye(2), np.eye(2), 1e-2 * np.eye(2)
+    Sigma = T @ wide(rng, 7, 2.0) @ T.T
+    x = np.concatenate([0.1 * rng.normal(size=3), twins(rng).ravel()])
+    z, H = landmark_map.innovation(x, np.zeros(4))
+    return x, (Sigma + Sigma.T) / 2, 1e-6 * rng.normal(size=4) - z, H, 3 * sharp(rng, 2)
 
 
 def point_slam(rng):
-    """Map two landmarks that nearly coincide: the little in which they differ goes with the pose."""
-    T = np.eye(7)
-    T[5:, :2], T[5:, 3:5], T[5:, 5:] = 1e-2 * np.eye(2), np.eye(2), 1e-2 * np.eye(2)
-    Sigma, Q = T @ wide(rng, 7, 2.0) @ T.T, 3 * sharp(rng, 2)
-    Sigma = (Sigma + Sigma.T) / 2
-    x = np.concatenate([0.1 * rng.normal(size=3), twins(rng).ravel()])
-    z, H = np.zeros(4), np.zeros((4, 7))
-    for j in range(2):
-        i = slice(2 * j, 2 * j + 2)
-        z[i], H[i, :3], H[i, 3 + 2 * j : 5 + 2 * j] = landmarks.measurement(x, j)
-    after = landmarks.update(x, Sigma, z + 1e-6 * rng.normal(size=4), Q)[1]
-    return Sigma, after, H @ Sigma, H @ Sigma @ H.T + np.kron(np.eye(2), Q)
+    """See both landmarks of a map."""
+    x, Sigma, z, H, Q = map_of_twins(rng)
+    return Sigma, landmarks.update(x, Sigma, z, Q)[1], handout(Sigma, H, Q)
+
+
+def point_slam_on_the_group(rng):
+    """See both landmarks of a map, with the right-invariant error."""
+    x, Sigma, z, H, Q = map_of_twins(rng)
+    P = invariant_slam.to_invariant(x, Sigma)
+    return P, invariant_slam.update(x, P, z, Q)[1], invariant_slam.to_invariant(x, handout(Sigma, H, Q))
+
+
+def extended(rng):
+    """See two known landmarks that nearly coincide, with the extended filter of the velocity model."""
+    x, Sigma, Q, seen = 0.1 * rng.normal(size=3), wide(rng, 3, 2.0), 10 * sharp(rng, 2), twins(rng)
+    z = range_bearings(x[None], seen).ravel() + 1e-6 * rng.normal(size=4)
+    H = np.vstack([range_bearing(x, landmark)[1] for landmark in seen])
+    return Sigma, velocity_ekf.correct(x, Sigma, z, seen, Q)[1], handout(Sigma, H, Q)
 
 
 def unscented(kappa):
@@ -63,7 +95,9 @@ def unscented(kappa):
         e[..., 0] = wrap(e[..., 0])
         e = e.reshape(len(points), 4)
         e = e - (weights @ e if kappa >= 0 else e[0])
-        return cov, after, e.T * weights @ (points - mean), e.T * weights @ e + np.kron(np.eye(2), Q)
+        S, C = e.T * weights @ e + np.kron(np.eye(2), Q), e.T * weights @ (points - mean)
+        K = np.linalg.solve(S, C).T
+        return cov, after, cov - K @ S @ K.T
 
     return case
 
@@ -74,14 +108,14 @@ def on_the_group(rng):
     Y = np.concatenate([seen + 1e-6 * rng.normal(size=(2, 2)), np.ones((2, 1))], axis=1)
     H = np.concatenate([[[-1, 0, m[1]], [0, -1, -m[0]]] for m in seen])
     after = invariant.correct(np.eye(3), P, Y, seen, N)[1]
-    return P, after, H @ P, H @ P @ H.T + np.kron(np.eye(2), N)
+    return P, after, handout(P, H, N)
 
 
 def ball(rng):
     """Correct a ball whose position is seen far better than it was known."""
     Sigma, R = wide(rng, 4), sharp(rng, 2)
     after = ballistic.correct(rng.normal(size=4), Sigma, rng.normal(size=2), R)[1]
-    return Sigma, after, Sigma[:2], Sigma[:2, :2] + R
+    return Sigma, after, handout(Sigma, np.eye(2, 4), R)
 
 
 # How often Sigma - K S K^T has to be no covariance, of 2000. A position observed as it stands in the state never
@@ -89,6 +123,8 @@ def ball(rng):
 CASES = {
     "gaussian.measurement_update": (plain, 1500),
     "landmarks.update": (point_slam, 100),
+    "invariant_slam.update": (point_slam_on_the_group, 80),
+    "velocity_ekf.correct": (extended, 500),
     "ukf.correct": (unscented(0.0), 100),
     "ukf.correct, negative kappa": (unscented(-1.0), 100),
     "invariant.correct": (on_the_group, 1000),
@@ -105,10 +141,8 @@ def test_every_correction_leaves_a_covariance(name):
     case, least = CASES[name]
     rng, indefinite, handout = np.random.default_rng(8), 0, 0
     for _ in range(UPDATES):
-        Sigma, after, HSigma, S = case(rng)
+        Sigma, after, short = case(rng)
         np.testing.assert_array_equal(after, after.T)
-        K = np.linalg.solve(S, HSigma).T
-        short = Sigma - K @ S @ K.T
         floor = -len(Sigma) * EPS * np.linalg.norm(Sigma, 2)
         indefinite += np.linalg.eigvalsh(after)[0] < floor
         handout += np.linalg.eigvalsh((short + short.T) / 2)[0] < floor
