@@ -1,6 +1,7 @@
 import pytest
 
-from roboloc.filters.shell import NOTEBOOKS, MissingStageError, Shell
+from roboloc.filters import Ekf, EkfSlam
+from roboloc.filters.shell import MissingStageError
 
 
 def unwritten(*_arguments):
@@ -8,15 +9,16 @@ def unwritten(*_arguments):
     raise NotImplementedError
 
 
-@pytest.mark.parametrize("stage", [unwritten, lambda: None])
+@pytest.mark.parametrize("stage", [unwritten, lambda *_: None])
 def test_an_unwritten_stage_names_its_notebook(stage):
     """A student whose filter stops is told where the missing function is written."""
     with pytest.raises(MissingStageError, match="in the notebook motion-model"):
-        Shell({"compute_dynamics": stage})._call("compute_dynamics", {"g": (3,)})
+        Ekf([0], [[1]], [[1, 0], [0, 1]], stages={"compute_dynamics": stage}).transition_model([1, 0], 0.1)
 
 
 def test_a_stage_of_no_notebook_is_only_missing():
     """A name that no notebook writes gets no pointer."""
-    assert "helper" not in NOTEBOOKS
+    slam = EkfSlam([0, 0, 0], [[0] * 3] * 3, [[1, 0], [0, 1]], [0, 0, 0], 3.0)
+    slam._stages = {"compute_predicted_measurements": unwritten}
     with pytest.raises(MissingStageError, match=r"not written yet$"):
-        Shell({"helper": unwritten})._call("helper", {})
+        slam.compute_predicted_measurements()

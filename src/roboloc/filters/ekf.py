@@ -1,5 +1,6 @@
 """The extended Kalman filter of whatever is moved by a control [V, omega]."""
 
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -57,6 +58,17 @@ class Ekf(Shell):
         ...
     roboloc.filters.shell.MissingStageError: stage measurement_update: not supplied
     """
+
+    notebooks = MappingProxyType(
+        {
+            "compute_dynamics": "motion-model",
+            "transition_update": "motion-model",
+            "compute_predicted_measurements": "line-measurements",
+            "compute_innovations": "association-and-update",
+            "measurement_model": "association-and-update",
+            "measurement_update": "association-and-update",
+        }
+    )
 
     def __init__(self, x0: ArrayLike, Sigma0: ArrayLike, R: ArrayLike, stages: Any = None) -> None:
         super().__init__(stages)

@@ -1,7 +1,6 @@
 """The filter whose belief is a cloud of weighted poses."""
 
 from collections.abc import Callable
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -66,8 +65,6 @@ class ParticleFilter(Shell):
         ...
     roboloc.filters.shell.MissingStageError: stage measurement_weights: not supplied
     """
-
-    notebooks = MappingProxyType({})  # those of the Kalman filter write other stages of some of these names
 
     def __init__(
         self,

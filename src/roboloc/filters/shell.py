@@ -8,18 +8,6 @@ import numpy as np
 
 from roboloc.validation import as_array
 
-NOTEBOOKS = MappingProxyType(
-    {
-        "compute_dynamics": "motion-model",
-        "transition_update": "motion-model",
-        "compute_predicted_measurements": "line-measurements",
-        "compute_innovations": "association-and-update",
-        "measurement_model": "association-and-update",
-        "measurement_update": "association-and-update",
-    }
-)
-"""The notebook in which each stage is written."""
-
 
 class MissingStageError(NotImplementedError):
     """A stage was not supplied, or is not written yet."""
@@ -34,7 +22,8 @@ class Shell:
         A mapping from names to functions, or anything with attributes so named.
     """
 
-    notebooks = NOTEBOOKS
+    notebooks: Mapping[str, str] = MappingProxyType({})
+    """The notebook in which each stage is written, where there is one."""
 
     def __init__(self, stages: Any = None) -> None:
         self._stages = stages

@@ -1,15 +1,16 @@
 """The extended Kalman filter of a robot that sees lines and makes the map of them."""
 
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from roboloc.filters.ekf import Ekf
+from roboloc.filters.lines import LineEkf
 from roboloc.validation import as_array, as_number
 
 
-class EkfSlam(Ekf):
+class EkfSlam(LineEkf):
     """Extended Kalman filter of a pose and of the lines of a map, corrected by the lines of a scan.
 
     The state is the pose followed by the lines, x, y, theta, alpha_1, r_1, ..., alpha_J, r_J. It moves as the
@@ -69,6 +70,11 @@ class EkfSlam(Ekf):
     [[0.5], [4.0]]
     """
 
+    # What is predicted here is another stage of the name, with the lines in the state.
+    notebooks = MappingProxyType(
+        {name: where for name, where in LineEkf.notebooks.items() if name != "compute_predicted_measurements"}
+    )
+
     def __init__(
         self,
         x0: ArrayLike,
@@ -82,9 +88,7 @@ class EkfSlam(Ekf):
         x0 = as_array("x0", x0, ("3 + 2J",))
         if x0.size < 3 or x0.size % 2 == 0:
             raise ValueError(f"x0: expected shape (3 + 2J,), got shape ({x0.size},)")
-        super().__init__(x0, Sigma0, R, stages=stages)
-        self.tf_base_to_camera = as_array("tf_base_to_camera", tf_base_to_camera, (3,)).copy()
-        self.g = as_number("g", g, minimum=0.0)
+        super().__init__(x0, Sigma0, R, tf_base_to_camera, g, stages=stages)
         number = as_number("fixed", fixed, minimum=0.0)
         if number != int(number):
             raise ValueError(f"fixed: expected a whole number, got {number}")
@@ -146,90 +150,3 @@ class EkfSlam(Ekf):
         J = (n - 3) // 2
         arguments = (self.x.copy(), self.tf_base_to_camera.copy(), self.fixed)
         return self._call("compute_predicted_measurements", {"hs": (2, J), "Hs": (J, 2, n)}, *arguments)
-
-    def compute_innovations(
-        self, z_raw: ArrayLike, Q_raw: ArrayLike
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Match observed lines with those of the map.
-
-        Parameters
-        ----------
-        z_raw : (2, I) array_like
-            Observed lines alpha, r in the frame of the scanner [rad, m].
-        Q_raw : (I, 2, 2) array_like
-            Their covariances; an array or a list of matrices.
-
-        Returns
-        -------
-        v : (K, 2) ndarray
-            Innovations of the lines that match.
-        Q : (K, 2, 2) ndarray
-            Covariances of these lines.
-        H : (K, 2, 3 + 2J) ndarray
-            Derivatives of the predictions.
-
-        Raises
-        ------
-        MissingStageError
-            If a stage is not supplied or not written yet.
-        ValueError
-            If an argument has another shape, or if a stage returns something else.
-        """
-        z_raw = as_array("z_raw", z_raw, (2, "I")).copy()
-        count = z_raw.shape[1]
-        Q_raw = as_array("Q_raw", Q_raw if count else np.zeros((0, 2, 2)), (count, 2, 2)).copy()
-        hs, Hs = self.compute_predicted_measurements()
-        results = {"v": ("K", 2), "Q": ("K", 2, 2), "H": ("K", 2, self.x.size)}
-        return self._call("compute_innovations", results, z_raw, Q_raw, hs, Hs, self.Sigma.copy(), self.g)
-
-    def measurement_model(
-        self, z_raw: ArrayLike, Q_raw: ArrayLike
-    ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Make one measurement of all lines that match.
-
-        Parameters
-        ----------
-        z_raw : (2, I) array_like
-            Observed lines alpha, r in the frame of the scanner [rad, m].
-        Q_raw : (I, 2, 2) array_like
-            Their covariances; an array or a list of matrices.
-
-        Returns
-        -------
-        z : (2K,) ndarray
-            Innovation.
-        Q : (2K, 2K) ndarray
-            Covariance of the observation.
-        H : (2K, 3 + 2J) ndarray
-            Derivative of the prediction.
-
-        Raises
-        ------
-        MissingStageError
-            If a stage is not supplied or not written yet.
-        ValueError
-            If an argument has another shape, or if a stage returns something else.
-        """
-        v, Q, H = self.compute_innovations(z_raw, Q_raw)
-        k = 2 * len(v)
-        results = {"z": (k,), "Q": (k, k), "H": (k, self.x.size)}
-        return self._call("measurement_model", results, v, Q, H)
-
-    def measurement_update(self, z_raw: ArrayLike, Q_raw: ArrayLike) -> None:
-        """Correct: condition the belief on the lines of a scan.
-
-        Parameters
-        ----------
-        z_raw : (2, I) array_like
-            Observed lines alpha, r in the frame of the scanner [rad, m].
-        Q_raw : (I, 2, 2) array_like
-            Their covariances; an array or a list of matrices.
-
-        Raises
-        ------
-        MissingStageError
-            If a stage is not supplied or not written yet.
-        ValueError
-            If an argument has another shape, or if a stage returns something else.
-        """
-        super().measurement_update(*self.measurement_model(z_raw, Q_raw))
