@@ -91,8 +91,8 @@ class ScanPoints:
         if (i, j, least) not in self._corners:
             middle = self.sums[:, i + least : j - least + 1]
             sides = np.empty((5, 2, middle.shape[1]))
-            np.subtract(middle, self.sums[:, [i]], out=sides[:, 0])
-            np.subtract(self.sums[:, [j]], middle, out=sides[:, 1])
+            np.subtract(middle, self.sums[:, i : i + 1], out=sides[:, 0])
+            np.subtract(self.sums[:, j : j + 1], middle, out=sides[:, 1])
             share = self.shares[least : j - i - least + 1]
             misfit = _misfit(sides, np.array([share, share[::-1]]))
             self._corners[i, j, least] = i + least + int((misfit[0] + misfit[1]).argmin())
