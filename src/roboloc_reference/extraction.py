@@ -185,6 +185,15 @@ def extract_lines(
     >>> alpha, r, C, segments, ranges = extract_lines(theta, rho, Params(0.3, 0.02, 0.5, 3), 0.0, 0.01**2)
     >>> np.degrees(alpha).round(9).tolist(), r.round(9).tolist()
     ([-30.0, 60.0], [2.0, 1.0])
+
+    A scanner that looks all around in steps of a degree has a wall 1 m behind it, 2 m wide: half of it is seen by the
+    last beams and half by the first.
+
+    >>> theta = np.radians(np.arange(-180.0, 180.0))
+    >>> rho = np.where(np.abs(theta) > np.radians(134.5), -1.0 / np.cos(theta), np.nan)
+    >>> *_, segments, ranges = extract_lines(theta, rho, Params(0.3, 0.02, 0.5, 3), 0.0, 0.01**2)
+    >>> segments.round(1).tolist(), ranges.tolist()
+    ([[-1.0, 1.0, -1.0, -1.0]], [[315, 406]])
     """
     theta = as_array("theta", theta, ("N",))
     beams = theta.size
@@ -206,9 +215,11 @@ def extract_lines(
     segments = (ends - (np.sum(ends * normal, axis=2) - r[:, None])[..., None] * normal).reshape(-1, 4)
     ranges = seen[runs - [0, 1]] + [0, 1]
     ranges[ranges[:, 0] >= beams] -= beams
-    long = np.hypot(*(segments[:, 2:] - segments[:, :2]).T) >= params.min_segment_length
+    # What is all in one point or all around the scanner is no line, however generous the parameters are.
+    good = np.isfinite(C[:, 0, 0])
+    good &= np.hypot(*(segments[:, 2:] - segments[:, :2]).T) >= params.min_segment_length
     kept = np.argsort(ranges[:, 0])
-    kept = kept[long[kept]]
+    kept = kept[good[kept]]
     return alpha[kept], r[kept], C[kept], segments[kept], ranges[kept]
 
 

@@ -74,6 +74,8 @@ def fit_line(
     if theta.size < 2:
         raise ValueError(f"theta: expected at least 2 beams, got {theta.size}")
     alpha, r, C = fit_runs(theta, rho, np.array([theta.size]), var_theta, var_rho)
+    if np.isnan(C[0, 0, 0]):
+        raise ValueError("rho: expected points with a direction, got one point or a round cloud")
     return float(alpha[0]), float(r[0]), C[0]
 
 
@@ -96,12 +98,7 @@ def fit_runs(
     alpha, r : (S,) ndarray
         The lines [rad, m].
     C : (S, 2, 2) ndarray
-        Their covariances.
-
-    Raises
-    ------
-    ValueError
-        If the points of a run have no direction.
+        Their covariances; NaN where the points of a run have no direction.
     """
     if not counts.size:
         return np.zeros(0), np.zeros(0), np.zeros((0, 2, 2))
@@ -119,8 +116,7 @@ def fit_runs(
     # The direction across the line has the least scatter; twice its angle is free of square roots.
     cross, along = -2.0 * total(dx * dy), total(dy * dy - dx * dx)
     spread = np.hypot(cross, along)
-    if np.any(spread <= 1e-14 * total(rho * rho)):
-        raise ValueError("rho: expected points with a direction, got one point or a round cloud")
+    spread = np.where(spread > 1e-14 * total(rho * rho), spread, np.nan)
     alpha = 0.5 * np.arctan2(cross, along)
     r = mean[0] * np.cos(alpha) + mean[1] * np.sin(alpha)
     alpha, r = np.where(r < 0.0, alpha + np.pi, alpha), np.abs(r)

@@ -1,5 +1,7 @@
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 from rooms import MAX_RANGE, draw_room, line_seen_from, stretches, wall_of_each_beam, with_door
 from scipy.stats import chi2
 
@@ -185,3 +187,30 @@ def test_a_wall_whose_ends_lie_beyond_its_corners_is_one():
     halves = [(0, a - 2), (a - 2, 121), (121, b + 3), (b + 3, 241)]
     assert scan.merge(halves) == halves
     assert scan.without_shared(scan.with_sharp_corners(halves, 8), 8) == [(0, a), (a, b), (b, 241)]
+
+
+@settings(deadline=None, derandomize=True, max_examples=300)
+@given(st.integers(0, 2**32 - 1), st.integers(0, 60), st.integers(0, 4), st.booleans())
+def test_anything_at_all_gives_lines_or_none(seed, N, kind, turn):
+    """Of any ranges in any order of size the lines are finite, each of beams of its own, in order, enough of them."""
+    rng = np.random.default_rng(seed)
+    theta = np.linspace(-np.pi, np.pi, N, endpoint=False) if turn else np.sort(rng.uniform(-3, 3, N))
+    ranges_of = (
+        rng.uniform(0.5, 4, N),
+        np.full(N, 1.5),  # a round tank
+        np.zeros(N),
+        rng.integers(1, 3, N).astype(float),
+        2 / np.maximum(np.abs(np.cos(theta)), np.abs(np.sin(theta))),
+    )
+    rho = np.where(rng.random(N) < rng.choice([0, 0.1, 0.9]), np.nan, ranges_of[kind])
+    params = Params(
+        *(rng.choice(values) for values in ([0, 0.3], [0, 0.02, 0.1, 10], [0, 0.1, 0.5, 100], [2, 3, 8]))
+    )
+    alpha, r, C, segments, ranges = extract_lines(theta, rho, params, *VARIANCES)
+    assert all(np.isfinite(part).all() for part in (alpha, r, C, segments))
+    assert (r >= 0).all()
+    assert (ranges[:, 1] - ranges[:, 0] >= params.min_points).all()
+    assert (np.diff(ranges[:, 0]) > 0).all()
+    assert (ranges[:, 0] < max(N, 1)).all()
+    beams = [b % N for i, j in ranges for b in range(i, j)]
+    assert len(set(beams)) == len(beams)
