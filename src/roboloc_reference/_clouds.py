@@ -6,7 +6,7 @@ everything is done for all lines of one observation at once, and for not more pa
 """
 
 import threading
-from math import pi
+from math import nan, pi, prod, sqrt
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -15,10 +15,10 @@ from roboloc.angles import TURN
 from roboloc.validation import as_array
 
 # Particles handled at a time, at most; fewer where there is much to do for each.
-_BLOCK = 1024
-_PAIRS = 100_000
+_BLOCK = 2048
+_PAIRS = 150_000
 
-# Fresh memory costs more than what is written to it, so each thread keeps the memory of its last block.
+# Fresh memory costs more than what is written to it, so each thread keeps what it used for its last block.
 _kept = threading.local()
 
 
@@ -28,16 +28,17 @@ def blocks(M: int, pairs: int = 1) -> list[slice]:
     return [slice(start, min(start + size, M)) for start in range(0, M, size)]
 
 
-def _memory(size: int) -> np.ndarray:
-    """Return so many numbers of unknown value, which are this thread's until the next call."""
+def scratch(*shape: int) -> np.ndarray:
+    """Return an array of unknown content, which is this thread's until the next call; wrapping is one, too."""
+    size = prod(shape)
     if getattr(_kept, "memory", np.empty(0)).size < size:
         _kept.memory = np.empty(size)
-    return _kept.memory[:size]
+    return _kept.memory[:size].reshape(shape)
 
 
 def wrap_in_place(a: np.ndarray) -> None:
     """Wrap angles to [-pi, pi); faster than :func:`roboloc.angles.wrap`."""
-    turns = a * (1.0 / TURN)
+    turns = np.multiply(a, 1.0 / TURN, out=scratch(*a.shape))
     np.rint(turns, out=turns)
     turns *= TURN
     a -= turns
@@ -48,22 +49,25 @@ def wrap_in_place(a: np.ndarray) -> None:
         np.maximum(a, -pi, out=a)
 
 
-def quadratic_forms(Q_raw: ArrayLike, count: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return a, b, c, each (I,), with v^T Q^-1 v = a v_alpha^2 + c (v_r - b v_alpha)^2."""
+def whitening(Q_raw: ArrayLike, count: int) -> np.ndarray:
+    """Return lower triangular W, (I, 2, 2), with v^T Q^-1 v = |W v|^2: the inverse of Cholesky's factor of Q."""
     Q_raw = as_array("Q_raw", Q_raw if count else np.zeros((0, 2, 2)), (count, 2, 2))
-    q_aa, q_ar, q_rr = Q_raw[:, 0, 0], Q_raw[:, 0, 1], Q_raw[:, 1, 1]
-    with np.errstate(all="ignore"):
-        slope = q_ar / q_aa
-        rest = q_rr - slope * q_ar
-    if not ((q_aa > 0.0) & (rest > 0.0)).all():
-        raise ValueError(f"Q_raw: expected positive definite matrices, got {Q_raw.tolist()}")
-    return 1.0 / q_aa, slope, 1.0 / rest
+    W = []
+    for (q_aa, q_ar), (_, q_rr) in Q_raw.tolist():
+        slope = q_ar / q_aa if q_aa > 0.0 else nan
+        rest = q_rr - slope * q_ar  # the variance of r where alpha is known
+        if not rest > 0.0:
+            raise ValueError(f"Q_raw: expected positive definite matrices, got {Q_raw.tolist()}")
+        sigma = sqrt(rest)
+        W.append(((1.0 / sqrt(q_aa), 0.0), (-slope / sigma, 1.0 / sigma)))
+    return np.array(W).reshape(count, 2, 2)
 
 
-def nearest_lines(
-    z_raw: np.ndarray, h_alpha: np.ndarray, h_r: np.ndarray, weights: np.ndarray, slopes: np.ndarray
-) -> np.ndarray:
-    """Find the line with the least w v_alpha^2 + (v_r - b v_alpha)^2, the first of several.
+def nearest_lines(z_raw: np.ndarray, h_alpha: np.ndarray, h_r: np.ndarray, W: np.ndarray) -> np.ndarray:
+    """Find for each observation and particle the line with the least |W v|^2, the first of several.
+
+    The part of r is left without a factor: with w = (W_aa / W_rr)^2 and b = -W_ra / W_rr what is compared is
+    w v_alpha^2 + (v_r - b v_alpha)^2.
 
     Parameters
     ----------
@@ -71,8 +75,8 @@ def nearest_lines(
         Observed lines alpha, r [rad, m].
     h_alpha, h_r : (J, B) ndarray
         Parameters of the lines that B particles predict, contiguous [rad, m].
-    weights, slopes : (I,) ndarray
-        The numbers w [m^2/rad^2] and b [m/rad] of each observation.
+    W : (I, 2, 2) ndarray
+        What whitens the innovation of each observation.
 
     Returns
     -------
@@ -81,13 +85,14 @@ def nearest_lines(
     """
     (J, B), count = h_r.shape, z_raw.shape[1]
     size = J * B
-    memory = _memory((4 + count) * size)
+    memory = scratch(4 * size + count * size // 8 + 1)
     turns, t, work, rest = memory[: 4 * size].reshape(4, J, B)
-    d2 = memory[4 * size :].reshape(J, count, B)
+    is_least = memory[4 * size :].view(np.bool_)[: count * size].reshape(count, J, B)
 
     np.multiply(h_alpha, 1.0 / TURN, out=turns)  # counted in turns, so that rint wraps them
-    parameters = z_raw[0] / TURN, z_raw[1], TURN * TURN * weights, TURN * slopes
-    for i, (z_alpha, z_r, weight, slope) in enumerate(zip(*parameters, strict=True)):
+    w = (TURN * W[:, 0, 0] / W[:, 1, 1]) ** 2
+    b = -TURN * W[:, 1, 0] / W[:, 1, 1]
+    for i, (z_alpha, z_r, weight, slope) in enumerate(zip(z_raw[0] / TURN, z_raw[1], w, b, strict=True)):
         np.subtract(z_alpha, turns, out=t)
         np.rint(t, out=work)
         t -= work
@@ -98,13 +103,14 @@ def nearest_lines(
         rest *= rest
         t *= t
         t *= weight
-        np.add(t, rest, out=d2[:, i])
+        t += rest
+        np.equal(t, t.min(axis=0), out=is_least[i])
 
     # An argmin without a step from row to row: the earlier a line, the higher its rank among the equally near.
-    least = d2.min(axis=0)
-    is_least = np.empty(d2.shape, np.bool_)
-    for j in range(J):
-        np.equal(d2[j], least, out=is_least[j])
     ranks = np.arange(J, 0, -1, dtype=np.min_scalar_type(J))
-    highest = (is_least.view(np.uint8) * ranks[:, None, None]).max(axis=0)
-    return (J - highest.astype(np.intp)) * B + np.arange(B)
+    ranked = is_least.view(np.uint8).astype(ranks.dtype, copy=False)
+    ranked *= ranks[:, None]
+    nearest = J - ranked.max(axis=1).astype(np.intp)
+    nearest *= B
+    nearest += np.arange(B)
+    return nearest

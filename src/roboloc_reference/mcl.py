@@ -19,7 +19,7 @@ x lines is ever stored, but for a block. Two observations make each pair cheap:
 * the distance of a line from a scanner at (X, Y) in the world is r - X cos(alpha) - Y sin(alpha): one sine and one
   cosine for a particle, whatever the number of lines;
 * with s = q_rr - q_ar^2 / q_aa the variance of r where the angle is known, the quadratic form of a 2 x 2
-  covariance is v_a^2 / q_aa + (v_r - v_a q_ar / q_aa)^2 / s.
+  covariance is v_a^2 / q_aa + (v_r - v_a q_ar / q_aa)^2 / s, the square of two whitened numbers.
 
 Results have the shapes of the handout; they are views whose last index in memory is the particle.
 
@@ -36,7 +36,7 @@ from numpy.typing import ArrayLike
 
 from roboloc import filters
 from roboloc.validation import as_array, as_floats, as_number
-from roboloc_reference._clouds import blocks, nearest_lines, quadratic_forms, wrap_in_place
+from roboloc_reference._clouds import blocks, nearest_lines, scratch, whitening, wrap_in_place
 from roboloc_reference.resampling import systematic_resample
 
 
@@ -79,10 +79,15 @@ def transition_model(xs: ArrayLike, us: ArrayLike, dt: float) -> np.ndarray:
     V, omega = as_array("us", us, (x.size, 2)).T
     dt = as_number("dt", dt)
 
-    h = omega * dt / 2
-    chord = V * dt * np.divide(np.sin(h), h, out=np.ones_like(h), where=h != 0.0)
+    h = omega * (dt / 2)
+    chord = V * dt
+    chord *= np.divide(np.sin(h), h, out=np.ones(h.size), where=h != 0.0)
     phi = theta + h
-    return np.stack([x + chord * np.cos(phi), y + chord * np.sin(phi), theta + omega * dt]).T
+    moved = np.empty((3, x.size))
+    np.add(x, chord * np.cos(phi), out=moved[0])
+    np.add(y, chord * np.sin(phi), out=moved[1])
+    np.add(theta, omega * dt, out=moved[2])
+    return moved.T
 
 
 def compute_predicted_measurements(
@@ -141,7 +146,7 @@ def compute_predicted_measurements(
     for block in blocks(x.size, J):
         h = np.matmul(linear.reshape(2 * J, 4), scanners[:, block], out=hs[:, block])
         h_alpha, h_r = h[:J], h[J:]
-        h_alpha -= np.copysign(pi / 2, h_r)
+        h_alpha -= np.copysign(pi / 2, h_r, out=scratch(*h_r.shape))
         wrap_in_place(h_alpha)
         np.abs(h_r, out=h_r)
     return hs.reshape(2, J, x.size).transpose(2, 0, 1)
@@ -185,7 +190,7 @@ def compute_innovations(z_raw: ArrayLike, Q_raw: ArrayLike, hs: ArrayLike) -> np
     """
     z_raw = as_array("z_raw", z_raw, (2, "I"))
     count = z_raw.shape[1]
-    per_alpha, slope, per_r = quadratic_forms(Q_raw, count)
+    W = whitening(Q_raw, count)
     hs = as_array("hs", hs, ("M", 2, "J"))
     M, _, J = hs.shape
     vs = np.zeros((count, 2, M))
@@ -193,8 +198,9 @@ def compute_innovations(z_raw: ArrayLike, Q_raw: ArrayLike, hs: ArrayLike) -> np
         by_line = hs.transpose(1, 2, 0)
         for block in blocks(M, count * J):
             h_alpha, h_r = np.ascontiguousarray(by_line[:, :, block])
-            nearest = nearest_lines(z_raw, h_alpha, h_r, per_alpha / per_r, slope)
-            v_alpha = np.subtract(z_raw[0, :, None], h_alpha.take(nearest))
+            nearest = nearest_lines(z_raw, h_alpha, h_r, W)
+            v_alpha = h_alpha.take(nearest)
+            np.subtract(z_raw[0, :, None], v_alpha, out=v_alpha)
             wrap_in_place(v_alpha)
             vs[:, 0, block] = v_alpha
             np.subtract(z_raw[1, :, None], h_r.take(nearest), out=vs[:, 1, block])
@@ -250,16 +256,18 @@ def measurement_weights(vs: ArrayLike, Q_raw: ArrayLike, ws: ArrayLike) -> np.nd
     count, odd = divmod(vs.shape[1], 2)
     if odd:
         raise ValueError(f"vs: expected an even number of columns, got shape {vs.shape}")
-    per_alpha, slope, per_r = quadratic_forms(Q_raw, count)
+    W = whitening(Q_raw, count)
 
     d2 = np.empty(M)
-    v_alpha, v_r = vs.T[::2], vs.T[1::2]
-    with np.errstate(over="ignore", divide="ignore"):
+    by_observation = vs.T.reshape(count, 2, M)
+    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         for block in blocks(M, count):
-            across = v_alpha[:, block]
-            rest = v_r[:, block] - slope[:, None] * across
-            d2[block] = (per_alpha[:, None] * across**2 + per_r[:, None] * rest**2).sum(axis=0)
+            v = by_observation[:, :, block]
+            white = np.matmul(W, v, out=scratch(*v.shape))
+            white *= white
+            np.sum(white, axis=(0, 1), out=d2[block])
         logs = np.log(ws) - d2 / 2
+    logs[np.isnan(logs)] = -np.inf  # the difference of two infinities: as far off as the others
     best = logs.max()
     if best == -np.inf:
         message = "no particle can explain what is seen: all weights are set to 1/M"

@@ -259,12 +259,13 @@ def test_a_weight_of_zero_stays_zero():
         ([[0.0, 0.0]] * 4, [0.0] * 4),
         ([[0.0, 1e200]] * 4, [0.25] * 4),
         ([[0.0, 0.0], *[[0.0, 1e200]] * 3], [0.0, 0.5, 0.5, 0.0]),
+        ([[1e308, 1e308]] * 4, [0.25] * 4),
     ],
 )
 def test_if_all_are_impossible_all_are_equal_and_a_warning_says_so(vs, ws):
     """Weights all 0, or log likelihoods all minus infinity, give 1/M and a warning."""
     with pytest.warns(RuntimeWarning, match="no particle can explain"):
-        after = mcl.measurement_weights(vs, [EYE], ws)
+        after = mcl.measurement_weights(vs, [[[0.01, 0.005], [0.005, 0.01]]], ws)
     assert after.tolist() == [0.25] * 4
 
 
