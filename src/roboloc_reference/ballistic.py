@@ -81,11 +81,11 @@ def motion(x: ArrayLike, dt: float, gravity: float, restitution: float) -> tuple
     if e > 1:
         raise ValueError(f"restitution: expected a number not above 1, got {e}")
 
-    py, vy, slope = _vertical(max(py, 0.0), vy, dt, gravity, e)
+    py, vy, slope = vertical_motion(max(py, 0.0), vy, dt, gravity, e)
     g = np.array([px + vx * dt, py, vx, vy])
     Gx = np.eye(4)
     Gx[0, 2] = dt
-    Gx[1::2, 1::2] = slope
+    Gx[1::2, 1::2] = slope[:, :2]
     return g, Gx
 
 
@@ -189,25 +189,58 @@ def correct(x: ArrayLike, Sigma: ArrayLike, z: ArrayLike, R: ArrayLike) -> tuple
         raise ValueError("R: expected a covariance that makes S positive definite, got S singular") from error
 
 
-def _vertical(y: float, v: float, dt: float, g: float, e: float) -> tuple[float, float, np.ndarray]:
-    """Return height and speed after dt, and their (2, 2) derivative by height y >= 0 and speed v."""
+def vertical_motion(y: float, v: float, dt: float, g: float, e: float) -> tuple[float, float, np.ndarray]:
+    """Move the vertical part of a ball, for checked floats.
+
+    Parameters
+    ----------
+    y : float
+        Height [m], not negative.
+    v : float
+        Speed upwards [m/s].
+    dt : float
+        Duration of the step [s].
+    g : float
+        Acceleration downwards [m/s^2].
+    e : float
+        Restitution, in [0, 1].
+
+    Returns
+    -------
+    y, v : float
+        Height and speed at the end.
+    slope : (2, 3) ndarray
+        Their derivatives by height, speed and restitution; 0 once the ball lies on the ground.
+
+    Examples
+    --------
+    Right after an impact at 10 m/s, a restitution greater by 0.1 is a speed greater by 1 m/s.
+
+    >>> _, v, slope = vertical_motion(5.0, 0.0, 1.0 + 1e-9, 10.0, 0.5)
+    >>> round(v, 6), (0.1 * slope[1, 2]).round(6).item()
+    (5.0, 1.0)
+    """
     s = sqrt(v * v + 2 * g * y)
     # The time of the first impact, without cancellation for either sign of v.
     t1 = (v + s) / g if v > 0 else (2 * y / (s - v) if s > 0 else 0.0)
     left = dt - t1
     if left <= 0:
-        return max(y + (v - g * dt / 2) * dt, 0.0), v - g * dt, np.array([[1.0, dt], [0.0, 1.0]])
+        slope = np.array([[1.0, dt, 0.0], [0.0, 1.0, 0.0]])
+        return max(y + (v - g * dt / 2) * dt, 0.0), v - g * dt, slope
 
     bounces, shares = _bounces(left * g / (2 * s) if s > 0 else inf, e)
     if bounces == 0:
-        return 0.0, 0.0, np.zeros((2, 2))
-    # After the last impact: a start with speed a s, and tau to go. Both depend on y and v through s and t1.
+        return 0.0, 0.0, np.zeros((2, 3))
+    # After the last impact: a start with speed a s, and tau to go. All three depend on y, v (by s and t1) and e.
     a = e**bounces
     tau = max(left - shares * 2 * s / g, 0.0)
-    ds = np.array([g, v]) / s
-    dtau = -np.array([1.0, t1]) / s - (2 * shares / g) * ds
+    ds = np.array([g / s, v / s, 0.0])
+    da = np.array([0.0, 0.0, bounces * e ** (bounces - 1)])
+    dshares = np.array([0.0, 0.0, _shares_slope(bounces - 1, shares, e)])
+    dtau = -np.array([1.0 / s, t1 / s, 0.0]) - (2 / g) * (shares * ds + s * dshares)
     speed = a * s - g * tau
-    slope = np.stack([a * tau * ds + speed * dtau, a * ds - g * dtau])
+    dstart = a * ds + s * da
+    slope = np.stack([tau * dstart + speed * dtau, dstart - g * dtau])
     return max((a * s - g * tau / 2) * tau, 0.0), speed, slope
 
 
@@ -224,3 +257,10 @@ def _bounces(q: float, e: float) -> tuple[int, float]:
         return 0, 0.0
     more = floor(log1p(-q * (1 - e) / e) / log(e))
     return 1 + more, -e * expm1(more * log(e)) / (1 - e)
+
+
+def _shares_slope(k: int, shares: float, e: float) -> float:
+    """Return the derivative of shares = e + ... + e^k by e; for e next to 1, where the closed form cancels, at 1."""
+    if 1 - e < 1e-7:
+        return k * (k + 1) / 2
+    return (shares + 1 - (k + 1) * e**k) / (1 - e)
