@@ -191,8 +191,8 @@ def print_table(notebook: str, found: dict[str, Result]) -> None:
     print()
 
 
-def grade(course: Path, options: argparse.Namespace, clock: Clock) -> list[str]:
-    """Hand the class in and let nbgrader grade it; return what is not as expected."""
+def grade(course: Path, options: argparse.Namespace, clock: Clock) -> tuple[list[Assignment], list[str]]:
+    """Hand the class in and let nbgrader grade it; return the class, and what is not as expected."""
     faults: list[str] = []
     with clock("sources built"):
         prepare(course, options.notebook)
@@ -222,7 +222,7 @@ def grade(course: Path, options: argparse.Namespace, clock: Clock) -> list[str]:
             running(course, ["generate_feedback", name], *([["export"]] if last else [])),
         ):
             pass
-    return faults
+    return found, faults
 
 
 def look(course: Path, found: list[Assignment]) -> list[str]:
@@ -274,15 +274,15 @@ def main(arguments: Sequence[str] | None = None) -> int:
     parser.add_argument("--notebook", action="append", default=[], help="grade this notebook alone")
     parser.add_argument("--anew", action="store_true", help="grade it again though nothing has changed")
     options = parser.parse_args(arguments)
-    clock, faults = Clock(), []
+    clock = Clock()
     print(f"Sample class in {DEMO}")
     made = fingerprint(str(options.every_mistake), *options.notebook)
     if options.anew or not MADE.exists() or MADE.read_text(encoding="utf-8") != made:
-        faults = grade(DEMO, options, clock)
+        found, faults = grade(DEMO, options, clock)
     else:
         print("         graded before, and nothing has changed since: --anew grades it again")
+        found, faults = assignments(DEMO, every_mistake=options.every_mistake), []
     with clock("everything looked at"):
-        found = assignments(DEMO, every_mistake=options.every_mistake)
         faults += look(DEMO, found)
     print(f"{clock.total:6.1f} s  together\n")
     for what, path in (
