@@ -18,8 +18,14 @@ from roboloc.validation import as_array
 _BLOCK = 2048
 _PAIRS = 150_000
 
-# Fresh memory costs more than what is written to it, so each thread keeps what it used for its last block.
-_kept = threading.local()
+
+class _Kept(threading.local):
+    """The memory of a thread's last block: fresh memory costs more than what is written to it."""
+
+    memory = np.empty(0)
+
+
+_kept = _Kept()
 
 
 def blocks(M: int, pairs: int = 1) -> list[slice]:
@@ -31,7 +37,7 @@ def blocks(M: int, pairs: int = 1) -> list[slice]:
 def scratch(*shape: int) -> np.ndarray:
     """Return an array of unknown content, which is this thread's until the next call; wrapping is one, too."""
     size = prod(shape)
-    if getattr(_kept, "memory", np.empty(0)).size < size:
+    if _kept.memory.size < size:
         _kept.memory = np.empty(size)
     return _kept.memory[:size].reshape(shape)
 

@@ -1,4 +1,5 @@
 import math
+from concurrent.futures import ThreadPoolExecutor
 from math import inf, nan, nextafter, pi
 
 import numpy as np
@@ -138,6 +139,13 @@ def test_the_cut_into_blocks_does_not_show(M):
         h = mcl.compute_predicted_measurements(xs[m : m + 1], map_lines, TF)
         np.testing.assert_allclose(h[0], hs[m], rtol=0, atol=1e-14)
         np.testing.assert_allclose(mcl.compute_innovations(z_raw, Q_raw, h)[0], vs[m], rtol=0, atol=1e-13)
+
+
+def test_the_first_call_of_a_thread_may_have_nothing_to_do():
+    """In a thread that has computed nothing yet, no line in the map is no special case."""
+    with ThreadPoolExecutor(1) as pool:
+        hs = pool.submit(mcl.compute_predicted_measurements, np.zeros((3, 3)), np.zeros((2, 0)), TF).result()
+    assert hs.shape == (3, 2, 0)
 
 
 def test_many_lines_are_no_other_case():
