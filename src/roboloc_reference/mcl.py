@@ -267,7 +267,7 @@ def measurement_weights(vs: ArrayLike, Q_raw: ArrayLike, ws: ArrayLike) -> np.nd
             white *= white
             np.sum(white, axis=(0, 1), out=d2[block])
         logs = np.log(ws) - d2 / 2
-    logs[np.isnan(logs)] = -np.inf  # the difference of two infinities: as far off as the others
+    logs[np.isnan(logs)] = -np.inf  # inf - inf, where the processor has no fused product and sum
     best = logs.max()
     if best == -np.inf:
         message = "no particle can explain what is seen: all weights are set to 1/M"
