@@ -81,8 +81,9 @@ def compute_dynamics(xvec: ArrayLike, u: ArrayLike, dt: float) -> tuple[np.ndarr
 
     dx, dy, dx_dV, dy_dV, dx_domega, dy_domega = arc(theta, V, omega, dt)
     g = np.array([x + dx, y + dy, theta + omega * dt])
-    Gx = np.array([[1.0, 0.0, -dy], [0.0, 1.0, dx], [0.0, 0.0, 1.0]])
-    Gu = np.array([[dx_dV, dx_domega], [dy_dV, dy_domega], [0.0, dt]])
+    # NumPy makes an array of a flat list in half the time of nested ones.
+    Gx = np.array([1.0, 0.0, -dy, 0.0, 1.0, dx, 0.0, 0.0, 1.0]).reshape(3, 3)
+    Gu = np.array([dx_dV, dx_domega, dy_dV, dy_domega, 0.0, dt]).reshape(3, 2)
     return g, Gx, Gu
 
 
@@ -112,22 +113,18 @@ def arc(theta: float, V: float, omega: float, dt: float) -> tuple[float, float, 
     """
     h = omega * dt / 2
     s = sin(h) / h if h else 1.0
-    ds = _chord_derivative(h, s)
+    h2 = h * h
+    if h2 > _SERIES_H2:
+        ds = (cos(h) - s) / h
+    else:  # the Taylor series of s', seven terms
+        ds = 1 / 518918400 - h2 / 93405312000
+        ds = ds * h2 - 1 / 3991680
+        ds = ds * h2 + 1 / 45360
+        ds = ds * h2 - 1 / 840
+        ds = ds * h2 + 1 / 30
+        ds = h * (ds * h2 - 1 / 3)
     c_phi, s_phi = cos(theta + h), sin(theta + h)
     dx_dV, dy_dV = dt * s * c_phi, dt * s * s_phi
     k = V * dt * dt / 2
     dx_domega, dy_domega = k * (ds * c_phi - s * s_phi), k * (ds * s_phi + s * c_phi)
     return V * dx_dV, V * dy_dV, dx_dV, dy_dV, dx_domega, dy_domega
-
-
-def _chord_derivative(h: float, s: float) -> float:
-    """Return the derivative of s(h) = sin(h) / h; its Taylor series (seven terms) where h is below 1/2."""
-    h2 = h * h
-    if h2 > _SERIES_H2:
-        return (cos(h) - s) / h
-    series = 1 / 518918400 - h2 / 93405312000
-    series = series * h2 - 1 / 3991680
-    series = series * h2 + 1 / 45360
-    series = series * h2 - 1 / 840
-    series = series * h2 + 1 / 30
-    return h * (series * h2 - 1 / 3)
