@@ -180,7 +180,7 @@ def _compare(name: str, count: int, other, rounds: int, many: int, target: float
 def against_array_loops() -> Result:
     """Compare 1000 particles with loops over small arrays."""
     baseline = "loops over particles, lines and observations with small NumPy arrays, arguments not checked"
-    return _compare("mcl-1000-vs-array-loops", 1000, array_loops, 5, 10, 1000.0, baseline)
+    return _compare("mcl-1000-vs-array-loops", 1000, array_loops, 5, 100, 1000.0, baseline)
 
 
 def against_scalar_loop() -> Result:
