@@ -35,9 +35,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboloc import filters
+from roboloc.angles import TURN
 from roboloc.validation import as_array, as_floats, as_number
 from roboloc_reference._clouds import blocks, nearest_lines, scratch, whitening, wrap_in_place
 from roboloc_reference.resampling import systematic_resample
+
+_BELOW_PI = np.nextafter(pi, 0.0)
 
 
 def transition_model(xs: ArrayLike, us: ArrayLike, dt: float) -> np.ndarray:
@@ -130,11 +133,11 @@ def compute_predicted_measurements(
     alpha, r = as_array("map_lines", map_lines, (2, "J"))
     x_cam, y_cam, theta_cam = as_floats("tf_base_to_camera", tf_base_to_camera, 3)
 
-    # Before r is made positive both parameters are linear in X, Y, heading and 1. A quarter turn is added here and
-    # taken away again below, twice where r was negative.
+    # Before r is made positive both parameters are linear in X, Y, heading and 1. Angles are counted in turns and
+    # half a turn too large, so that what floor leaves is in [0, 1) and stands for [-pi, pi).
     J = alpha.size
     linear = np.zeros((2, J, 4))
-    linear[0, :, 2], linear[0, :, 3] = -1.0, alpha + pi / 2
+    linear[0, :, 2], linear[0, :, 3] = -1.0 / TURN, alpha / TURN + 0.5
     linear[1, :, 0], linear[1, :, 1], linear[1, :, 3] = -np.cos(alpha), -np.sin(alpha), r
     c, s = np.cos(theta), np.sin(theta)
     scanners = np.ones((4, x.size))
@@ -146,9 +149,14 @@ def compute_predicted_measurements(
     for block in blocks(x.size, J):
         h = np.matmul(linear.reshape(2 * J, 4), scanners[:, block], out=hs[:, block])
         h_alpha, h_r = h[:J], h[J:]
-        h_alpha -= np.copysign(pi / 2, h_r, out=scratch(*h_r.shape))
-        wrap_in_place(h_alpha)
-        np.abs(h_r, out=h_r)
+        behind = h_r < 0.0
+        if behind.any():
+            np.add(h_alpha, 0.5, out=h_alpha, where=behind)
+            np.abs(h_r, out=h_r)
+        h_alpha -= np.floor(h_alpha, out=scratch(*h_alpha.shape))
+        h_alpha *= TURN
+        h_alpha -= pi
+        np.minimum(h_alpha, _BELOW_PI, out=h_alpha)  # a difference that rounds to a whole turn
     return hs.reshape(2, J, x.size).transpose(2, 0, 1)
 
 

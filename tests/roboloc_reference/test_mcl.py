@@ -333,3 +333,14 @@ def test_wrong_arguments_are_named(function, position, value, message):
     args[position] = value
     with pytest.raises(ValueError, match=message):
         function(*args)
+
+
+def test_a_difference_that_rounds_to_a_whole_turn_stays_below_pi():
+    """A wall straight behind, seen by a robot that is turned by next to nothing, is at -pi or just below pi."""
+    for theta in (0.0, 1e-17, -1e-17, 1e-16, -1e-16):
+        (alpha, r) = mcl.compute_predicted_measurements(
+            [[0.0, 0.0, theta]], [[-np.pi], [2.0]], [0.0, 0.0, 0.0]
+        )[0]
+        assert -np.pi <= alpha[0] < np.pi
+        assert abs(alpha[0]) > np.pi - 1e-15
+        assert r[0] == 2.0
