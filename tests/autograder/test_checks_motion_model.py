@@ -352,7 +352,9 @@ def test_points_must_be_a_positive_number(points):
 
 def test_unknown_names_are_refused():
     """An unknown stage or symbolic answer is a mistake of the author's and names what there is."""
-    with pytest.raises(ValueError, match=r"stage: expected one of .*motion\.compute_dynamics, .*got 'motion'"):
+    with pytest.raises(
+        ValueError, match=r"stage: expected one of .*motion\.compute_dynamics, .*got 'motion'"
+    ):
         grade("motion", compute_dynamics, 1)
     with pytest.raises(ValueError, match=r"name: expected one of differential_drive\.g, .*got 'g'"):
         grade_expression("g", 1, 1)

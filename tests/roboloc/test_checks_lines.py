@@ -20,7 +20,9 @@ ALTERNATIVES = Path(__file__).resolve().parents[1] / "autograder" / "alternative
 
 def alternative(name, stage):
     """Load another right way to write a stage."""
-    spec = importlib.util.spec_from_file_location(f"public_{name}", ALTERNATIVES / "line_measurements" / f"{name}.py")
+    spec = importlib.util.spec_from_file_location(
+        f"public_{name}", ALTERNATIVES / "line_measurements" / f"{name}.py"
+    )
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return getattr(module, stage)
