@@ -84,7 +84,8 @@ def fault(case: Case, returned: Any, name: str) -> str:
         return ""
     scale = max(float(np.abs(expected).max()), np.finfo(float).tiny)
     error = size(float(off[bad].max()) / scale)
-    return f"{name} is off: {entries(stage, name, bad)} by {error} the scale of {name}"
+    where = f": {entries(stage, name, bad)}" if bad.ndim else ""
+    return f"{name} is off{where} by {error} the scale of {name}"
 
 
 def _aligned(case: Case, returned: Any) -> dict[str, np.ndarray | None]:
@@ -183,6 +184,8 @@ def _shape(array: np.ndarray) -> str:
 
 def entries(stage: Stage, name: str, bad: np.ndarray) -> str:
     """Name the entries that are off, with the names of rows and columns where the stage has them."""
+    if not bad.ndim:
+        return "the value"
     where = [tuple(int(i) for i in index) for index in np.argwhere(bad)]
     if len(where) > _MAX_NAMED:
         return f"{len(where)} of {bad.size} entries"

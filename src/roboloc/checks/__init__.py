@@ -9,7 +9,7 @@ function prints while it is checked is not shown.
 from collections.abc import Callable
 from typing import Any
 
-from roboloc.checks import association, ballistic, gaussian, lines, motion
+from roboloc.checks import association, ballistic, fit, gaussian, lines, motion
 from roboloc.checks.report import Check, Item, Report, run, show
 
 __all__ = ["STAGES", "Item", "Report", "check"]
@@ -23,6 +23,9 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "association.compute_innovations": association.COMPUTE_INNOVATIONS,
     "association.measurement_model": association.MEASUREMENT_MODEL,
     "gaussian.measurement_update": gaussian.MEASUREMENT_UPDATE,
+    "extraction.line_parameters": fit.PARAMETERS,
+    "extraction.line_jacobians": fit.JACOBIANS,
+    "extraction.fit_line": fit.FIT,
     "ballistic.predict": ballistic.PREDICT,
     "ballistic.correct": ballistic.CORRECT,
 }
