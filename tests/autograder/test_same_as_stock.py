@@ -4,9 +4,9 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
-import nbformat
 import nbgrader
 import pytest
 from nbgrader.api import Gradebook
@@ -64,17 +64,16 @@ def both(folder, assignment, source, submitted):
 def honest(tmp_path_factory):
     """Grade the honest part of the sample class both ways."""
     folder = tmp_path_factory.mktemp("honest")
-    notebooks.build_sources(ROOT / "solutions", folder / "sources")
-    paths = sorted((folder / "sources" / ASSIGNMENT).glob("*.ipynb"))
-    sources = {path.stem: nbformat.read(path, as_version=4) for path in paths}
-    dealt = course.students_of(sources)
+    notebooks.build_sources(ROOT / "solutions", folder / "source")
+    (assignment,) = (one for one in course.assignments(folder) if one.name == ASSIGNMENT)
     students = {
-        name: {n: sample for n, sample in dealt[name].items() if name in OF_ALL or n == "motion-model"}
-        for name in HONEST
+        name: {n: sample for n, sample in has.items() if name in OF_ALL or n == "motion-model"}
+        for name, has in assignment.students.items()
+        if name in HONEST
     }
-    course.hand_in(folder, sources, students, 0)
+    course.hand_in(folder, replace(assignment, students=students), 0)
     handed_in = {(name, notebook) for name, has in students.items() for notebook in has}
-    stock, isolated = both(folder, ASSIGNMENT, folder / "sources" / ASSIGNMENT, folder / "submitted")
+    stock, isolated = both(folder, ASSIGNMENT, folder / "source" / ASSIGNMENT, folder / "submitted")
     return tuple(
         {cell: found for cell, found in scores.items() if cell[:2] in handed_in}
         for scores in (stock, isolated)
