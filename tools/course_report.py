@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import html
+import math
 import re
 from html.parser import HTMLParser
 from typing import TYPE_CHECKING
@@ -111,7 +112,7 @@ def words(text: str) -> str:
 def hidden_numbers(secret: str) -> set[str]:
     """Return the hidden inputs of all checks and the right results, as they begin when they are printed.
 
-    Only numbers of more than six digits are taken: shorter ones stand in a page by chance.
+    Only numbers of more than six digits are taken: shorter ones stand in a page by chance, as do parts of a turn.
     """
     seen: list[float] = []
     stages = [*STAGES.values(), *(expression.stage() for expression in EXPRESSIONS.values())]
@@ -120,7 +121,9 @@ def hidden_numbers(secret: str) -> set[str]:
         run_stage(stage, recorder, secret)
         for call in recorder.calls:
             seen += _numbers([call.args, call.returned])
-    return {text for value in seen if (text := _printed(value))}
+    return {text for value in seen if (text := _printed(value))} - {
+        _printed(k * math.pi / 4) for k in range(1, 9)
+    }
 
 
 def _numbers(value: object) -> Iterator[float]:
