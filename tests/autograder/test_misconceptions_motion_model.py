@@ -58,7 +58,7 @@ def test_wrong_versions_return_numbers_of_the_right_shape(item):
         skip = 1 if item.stage in OTHER_COUNT else 0
         if item.name not in OTHER_SHAPE:
             assert [np.shape(value)[skip:] for value in returned] == [np.shape(part)[skip:] for part in right]
-        if not NOT_FINITE.get(item.name, lambda *_: False)(*call.args):
+        if item.determined(*call.args) and not NOT_FINITE.get(item.name, lambda *_: False)(*call.args):
             assert all(np.isfinite(value).all() for value in returned)
 
 
