@@ -9,8 +9,7 @@ from pathlib import Path
 
 import nbformat
 import pytest
-from nbclient import NotebookClient
-from nbclient.exceptions import CellExecutionError
+from worked import meta
 
 import notebooks
 
@@ -34,17 +33,6 @@ def built(tmp_path_factory):
 def read(path):
     """Read a notebook as it is."""
     return nbformat.read(path, as_version=4)
-
-
-def run(notebook, folder):
-    """Run a notebook to its end, errors and all, with a fixed secret."""
-    client = NotebookClient(notebook, timeout=120, resources={"metadata": {"path": str(folder)}})
-    return client.execute(env={"ROBOLOC_SECRET": "a course", "PATH": "/usr/bin:/bin", "HOME": str(folder)})
-
-
-def meta(cell):
-    """Return nbgrader's metadata of a cell."""
-    return cell.metadata.get("nbgrader", {})
 
 
 def text_of(path):
@@ -134,83 +122,6 @@ def test_students_need_only_what_they_may_import(path):
         elif isinstance(node, ast.ImportFrom):
             found.add(node.module.partition(".")[0])
     assert found == IMPORTS
-
-
-def test_grade_cells_are_as_announced(built):
-    """The graded cells, their points, and 30 points in all, as the notebook's first cell says."""
-    cells = {meta(cell)["grade_id"]: cell for cell in read(built / "source" / NAME).cells if meta(cell)}
-    graded = {name: meta(cell)["points"] for name, cell in cells.items() if meta(cell)["grade"]}
-    assert graded == {
-        "wheels-g-test": 2,
-        "wheels-gx-test": 2,
-        "wheels-gu-test": 2,
-        "wheels-limit-test": 3,
-        "dynamics-test": 10,
-        "transition-test": 6,
-        "switch-answer": 5,
-    }
-    for name, points in graded.items():
-        if name.endswith("-test"):
-            assert f"Tested here ({points} points)" in cells[name].source
-            assert f"points={points})" in cells[name].source
-    assert f"{sum(graded.values())} points in all" in read(built / "source" / NAME).cells[0].source
-    assert meta(cells["switch-question"])["task"]
-
-
-def test_derivation_is_that_of_the_page():
-    """The locked cells of the derivation are the page's cells, in the page's order."""
-    page = notebooks.read(ROOT / "book" / "motion-and-the-limit.md")
-    tags = ("derive-symbols", "derive-g", "derive-jacobians", "derive-limits")
-    expected = [cell.source for tag in tags for cell in page.cells if tag in cell.metadata.get("tags", [])]
-    cells = [
-        cell
-        for cell in read(ROOT / "notebooks" / NAME).cells
-        if meta(cell).get("grade_id", "").startswith("derive")
-    ]
-    assert [cell.source for cell in cells] == expected
-    assert all(meta(cell)["locked"] and cell.metadata.editable is False for cell in cells)
-
-
-def test_the_solution_runs_and_earns_every_point(built, tmp_path):
-    """The source notebook runs from top to bottom, draws the drive, and its hidden tests give all points."""
-    notebook = run(read(built / "source" / NAME), tmp_path)
-    scores = {}
-    for cell in notebook.cells:
-        if meta(cell).get("grade") and cell.cell_type == "code":
-            (result,) = [output for output in cell.outputs if output.output_type == "execute_result"]
-            scores[meta(cell)["grade_id"]] = float(result.data["text/plain"])
-            assert scores[meta(cell)["grade_id"]] == meta(cell)["points"]
-    assert len(scores) == 6
-    outputs = [output for cell in notebook.cells for output in cell.get("outputs", [])]
-    assert sum("image/png" in output.get("data", {}) for output in outputs) == 1
-    assert not [output for output in outputs if output.output_type in {"stream", "error"}]
-
-
-@pytest.mark.parametrize("stage", ["dynamics", "transition"])
-def test_the_drive_fails_visibly_without_a_stage(stage, built, tmp_path):
-    """With one stage as it is released, the closing run stops and names that stage."""
-    source, released = read(built / "source" / NAME), read(built / "notebooks" / NAME)
-    stub = next(cell for cell in released.cells if meta(cell).get("grade_id") == stage)
-    for cell in source.cells:
-        if meta(cell).get("grade_id") == stage:
-            cell.source = stub.source
-    # The hidden tests and public checks say it too; here the drive itself must.
-    source.cells = [
-        cell for cell in source.cells if not meta(cell).get("grade") and "check(" not in cell.source
-    ]
-    function = {"dynamics": "compute_dynamics", "transition": "transition_update"}[stage]
-    with pytest.raises(CellExecutionError, match=f"stage {function}: not written yet"):
-        run(source, tmp_path)
-
-
-def test_the_release_stops_at_the_first_open_answer(built, tmp_path):
-    """A release run as it is stops at the first cell that asks for an answer, after the whole derivation."""
-    notebook = read(built / "notebooks" / NAME)
-    with pytest.raises(CellExecutionError, match="NotImplementedError"):
-        run(notebook, tmp_path)
-    ran = [meta(cell).get("grade_id") for cell in notebook.cells if cell.get("execution_count")]
-    assert "derive-limits-3" in ran
-    assert ran[-1] == "wheels-g"
 
 
 def page(folder, text):
