@@ -57,26 +57,51 @@ class Check:
 class Stage:
     """A graded function: the names of what it returns, the trusted version, the allowed error and the checks.
 
-    `tolerance(args)` gives the allowed error of each output, as an array or a number. `rows` and `columns` name the
-    entries of an output in messages, `action` is what they call a call. Where one thing has several right names (an
-    angle and the angle a turn on), `aligned(right, got)` rewrites the outputs that came back in the name nearest to
-    the right one; both are arrays by output, None for one that is no array of the right shape.
+    A stage of one output returns it, a stage of several returns a tuple of them; so do `reference` and `tolerance`,
+    which gives the allowed error of each output, as an array or a number. `rows` and `columns` name the entries of an
+    output in messages, `action` is what they call a call.
+
+    Where one thing has several right names (an angle and the angle a turn on), `aligned(right, got)` rewrites the
+    outputs that came back in the name nearest to the right one; both are arrays by output, None for one that is no
+    array of the right shape.
+
+    Of samples it is not the numbers that are right or wrong: `summary(args, returned)` makes the outputs (means,
+    covariances) of what a call returned, and raises `AssertionError` where that is not what it should be;
+    `truth(*args)` gives the right ones, exactly.
     """
 
     name: str
     outputs: tuple[str, ...]
-    reference: Callable[..., tuple]
-    tolerance: Callable[..., tuple]
+    reference: Callable[..., Any]
+    tolerance: Callable[..., Any]
     checks: tuple[Check, ...]
     rows: dict[str, tuple[str, ...]] = field(default_factory=dict)
     columns: dict[str, tuple[str, ...]] = field(default_factory=dict)
     action: str = "the call"
     aligned: Callable[[dict[str, Any], dict[str, Any]], dict[str, Any]] | None = None
+    summary: Callable[[tuple, Any], Any] | None = None
+    truth: Callable[..., Any] | None = None
 
     @property
     def function_name(self) -> str:
         """The name a student gives the function."""
         return self.name.rpartition(".")[2]
+
+    def each(self, result: Any) -> tuple:
+        """Return the outputs one by one, from a result of one or of several."""
+        return (result,) if len(self.outputs) == 1 else tuple(result)
+
+    def right(self, args: tuple) -> tuple:
+        """Return the right outputs for some arguments."""
+        return self.each((self.truth or self.reference)(*args))
+
+    def allowed(self, args: tuple) -> tuple:
+        """Return the allowed errors of the outputs for some arguments."""
+        return self.each(self.tolerance(*args))
+
+    def case(self, *args: Any) -> Case:
+        """Return the case of some arguments."""
+        return Case(self, args, self.right(copied(args)), self.allowed(copied(args)))
 
 
 def copied(args: tuple) -> tuple:

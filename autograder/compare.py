@@ -73,7 +73,7 @@ def fault(case: Case, returned: Any, name: str) -> str:
     index = stage.outputs.index(name)
     expected = np.asarray(case.expected[index], dtype=float)
     try:
-        got = read(pick(stage, returned, name), name, expected.shape)
+        got = read(pick(stage, case.args, returned, name), name, expected.shape)
     except AssertionError as error:
         return str(error)
     if stage.aligned:
@@ -97,14 +97,14 @@ def _aligned(case: Case, returned: Any) -> dict[str, np.ndarray | None]:
     got: dict[str, np.ndarray | None] = {}
     for name, value in right.items():
         try:
-            got[name] = read(pick(stage, returned, name), name, value.shape)
+            got[name] = read(pick(stage, case.args, returned, name), name, value.shape)
         except AssertionError:
             got[name] = None
     return stage.aligned(right, got)
 
 
-def pick(stage: Stage, returned: Any, name: str) -> Any:
-    """Take one output from what a call returned.
+def pick(stage: Stage, args: tuple, returned: Any, name: str) -> Any:
+    """Take one output from what a call with some arguments returned.
 
     Raises
     ------
@@ -114,6 +114,10 @@ def pick(stage: Stage, returned: Any, name: str) -> Any:
     wanted = ", ".join(stage.outputs)
     if returned is None:
         raise AssertionError(f"the function returned None, expected {wanted}: is there a return at its end?")
+    if stage.summary:
+        return stage.each(stage.summary(args, returned))[stage.outputs.index(name)]
+    if len(stage.outputs) == 1:
+        return returned
     if type(returned) not in {tuple, list}:
         raise AssertionError(f"the function returned {kind(returned)}, expected a tuple {wanted}")
     if len(returned) != len(stage.outputs):

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autograder.check import copied
-from autograder.compare import as_numbers, entries
+from autograder.compare import as_numbers, entries, pick
 
 if TYPE_CHECKING:
     from autograder.check import Call, Outcome, Stage
@@ -157,26 +157,31 @@ def _equal(one: _Seen, version: _Numbers, name: str) -> bool:
 
 def _beside(stage: Stage, call: Call) -> _Seen:
     right = {
-        name: np.asarray(value, dtype=float) for name, value in _named(stage, stage.reference(*call.args))
+        name: np.asarray(value, dtype=float) for name, value in _named(stage, stage.right(copied(call.args)))
     }
-    allowed = dict(_named(stage, stage.tolerance(*call.args)))
+    allowed = dict(_named(stage, stage.allowed(copied(call.args))))
     tolerance = {name: np.broadcast_to(value, right[name].shape) for name, value in allowed.items()}
     loosest = {name: float(np.max(value, initial=0.0)) for name, value in allowed.items()}
     if call.error:  # a division by zero in plain Python is what NaN is in numpy
         got = _Numbers({name: np.full_like(value, np.nan) for name, value in right.items()}, _changed(call))
     else:
-        returned = call.returned
-        usable = type(returned) in {tuple, list} and len(returned) == len(stage.outputs)
-        pairs = _named(stage, returned if usable else [None] * len(stage.outputs))
-        values = {name: _array(value) for name, value in pairs}
+        values = {name: _array(_picked(stage, call, name)) for name in stage.outputs}
         got = _Numbers(_aligned(stage, right, values), _changed(call))
     return _Seen(call.args, right, tolerance, loosest, got)
+
+
+def _picked(stage: Stage, call: Call, name: str) -> Any:
+    try:
+        return pick(stage, call.args, call.returned, name)
+    except AssertionError:
+        return None
 
 
 def _run(stage: Stage, item: Misconception, one: _Seen) -> _Numbers:
     given = copied(one.args)
     returned = item.function(*given)
-    values = {name: np.array(value, dtype=float) for name, value in _named(stage, returned)}
+    outputs = stage.each(stage.summary(one.args, returned) if stage.summary else returned)
+    values = {name: np.array(value, dtype=float) for name, value in _named(stage, outputs)}
     changed = tuple(not _same(now, was) for now, was in zip(given, one.args, strict=True))
     return _Numbers(_aligned(stage, one.right, values), changed)
 
@@ -203,6 +208,9 @@ def _changed(call: Call) -> tuple[bool, ...]:
 
 
 def _same(now: Any, was: Any) -> bool:
+    """Whether an argument is what it was; a generator is there to be drawn from."""
+    if isinstance(was, np.random.Generator):
+        return True
     return np.array_equal(now, was) if isinstance(was, np.ndarray) else now == was
 
 

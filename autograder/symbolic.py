@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from autograder.check import Case, Check, Stage
+from autograder.check import Check, Stage
 from autograder.compare import compare
 
 if TYPE_CHECKING:
@@ -49,8 +49,8 @@ class Expression:
         stage = Stage(
             name=self.name,
             outputs=(output,),
-            reference=lambda values: (self.value(values),),
-            tolerance=lambda values: (_tolerance(self.value(values)),),
+            reference=self.value,
+            tolerance=lambda values: _tolerance(self.value(values)),
             checks=(),
             rows={output: self.rows},
             columns={output: self.columns},
@@ -59,13 +59,7 @@ class Expression:
 
         def equal(function: Callable[..., Any], rng: Generator) -> None:
             points = [self.point(rng) for _ in range(_POINTS)]
-            compare(
-                function,
-                (
-                    Case(stage, (values,), stage.reference(values), stage.tolerance(values))
-                    for values in points
-                ),
-            )
+            compare(function, (stage.case(values) for values in points))
 
         return replace(
             stage, checks=(Check(f"{output} equals what one derives", 1, equal, f"{self.hint} {_SYMBOLS}"),)
@@ -78,14 +72,14 @@ def _tolerance(expected: np.ndarray) -> np.ndarray:
 
 def evaluated(
     evaluate: Callable[[Any, dict[str, float]], Any], target: Any
-) -> Callable[[dict[str, float]], tuple]:
+) -> Callable[[dict[str, float]], Any]:
     """Make the function of a stage out of a student's expression.
 
     A value with a negligible imaginary part is real: SymPy leaves one behind where it integrates by
     exponentials.
     """
 
-    def function(values: dict[str, float]) -> tuple:
+    def function(values: dict[str, float]) -> Any:
         result = evaluate(target, dict(values))
         if isinstance(result, (complex, np.complexfloating)) or (
             isinstance(result, np.ndarray) and result.dtype.kind == "c"
@@ -93,7 +87,7 @@ def evaluated(
             array = np.asarray(result)
             small = _RELATIVE * (1 + float(np.nanmax(np.abs(array), initial=0.0)))
             if np.isfinite(array).all() and float(np.abs(array.imag).max(initial=0.0)) <= small:
-                return (np.real(array),)
-        return (result,)
+                return np.real(array)
+        return result
 
     return function

@@ -42,10 +42,7 @@ def _cases(scenes: Callable[[Generator], list[tuple]]) -> Callable[[Generator], 
     """Put what is right beside the scenes."""
 
     def make(rng: Generator) -> list[Case]:
-        return [
-            Case(INNOVATIONS, args, compute_innovations(*args), innovations_tolerance(*args))
-            for args in scenes(rng)
-        ]
+        return [INNOVATIONS.case(*args) for args in scenes(rng)]
 
     return remembered(make)
 
@@ -110,7 +107,7 @@ def _stack_case(rng: Generator, count: int, n: int = 3) -> Case:
     Q = np.array([covariance(rng, 2) for _ in range(count)]).reshape(count, 2, 2)
     H = rng.uniform(0.2, 1.5, (count, 2, n)) * rng.choice([-1, 1], (count, 2, n))
     args = (v, Q, H)
-    return Case(STACK, args, measurement_model(*args), stack_tolerance(*args))
+    return STACK.case(*args)
 
 
 @remembered

@@ -55,7 +55,7 @@ def _fall(x: np.ndarray, g: float) -> tuple[float, float]:
 
 def _predict_case(rng: Generator, x: np.ndarray, dt: float, g: float, e: float) -> Case:
     args = (x, _covariance(rng, 4, 0.2), float(dt), float(g), float(e), _covariance(rng, 4, 0.05))
-    return Case(PREDICT, args, predict(*args), predict_tolerance(*args))
+    return PREDICT.case(*args)
 
 
 def _thrown(rng: Generator) -> tuple[np.ndarray, float]:
@@ -187,7 +187,7 @@ def _correct_case(rng: Generator, Sigma: np.ndarray, R: np.ndarray, height: floa
     if height is not None:
         x[1], off[1] = height, -abs(off[1])
     args = (x, Sigma, x[:2] + off, R)
-    return Case(CORRECT, args, correct(*args), correct_tolerance(*args))
+    return CORRECT.case(*args)
 
 
 def _apart(rng: Generator) -> np.ndarray:

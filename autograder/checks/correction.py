@@ -60,7 +60,7 @@ def _update_case(rng: Generator, n: int, k: int) -> Case:
 
 
 def _case(*args: np.ndarray) -> Case:
-    return Case(UPDATE, args, measurement_update(*args), update_tolerance(*args))
+    return UPDATE.case(*args)
 
 
 @remembered
@@ -130,7 +130,7 @@ def _stays_a_covariance(function: Callable[..., Any], rng: Generator) -> None:
     for case in cases:
         returned = function(*case.fresh())
         n = len(case.args[0])
-        Sigma = read(pick(UPDATE, returned, "Sigma"), "Sigma", (n, n))
+        Sigma = read(pick(UPDATE, case.args, returned, "Sigma"), "Sigma", (n, n))
         scale = np.linalg.norm(case.args[1], 2)
         if np.abs(Sigma - case.expected[1]).max() > 0.1 * scale:
             raise AssertionError("Sigma is far from right where the observations are sharp and nearly alike")

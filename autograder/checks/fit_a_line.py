@@ -123,7 +123,7 @@ def _angle(rng: Generator, low: float, high: float) -> float:
 
 def _parameters(theta: np.ndarray, rho: np.ndarray) -> Case:
     args = (theta, rho)
-    return Case(PARAMETERS, args, line_parameters(*args), parameters_tolerance(*args))
+    return PARAMETERS.case(*args)
 
 
 @remembered
@@ -194,7 +194,7 @@ def _jacobians(rng: Generator, *, scatter: float = 0.06, count: int = 0, back: b
     if back:
         alpha, r = alpha - np.sign(alpha) * np.pi, -r
     args = (theta, rho, alpha, r)
-    return Case(JACOBIANS, args, line_jacobians(*args), jacobians_tolerance(*args))
+    return JACOBIANS.case(*args)
 
 
 @remembered
@@ -253,7 +253,7 @@ JACOBIANS = Stage(
 def _fit(rng: Generator, alpha: float, *, count: int = 0) -> Case:
     var_theta, var_rho = rng.uniform(0.005, 0.01) ** 2, rng.uniform(0.02, 0.04) ** 2
     args = (*wall(rng, alpha, count=count), float(var_theta), float(var_rho))
-    return Case(FIT, args, fit_line(*args), fit_tolerance(*args))
+    return FIT.case(*args)
 
 
 @remembered

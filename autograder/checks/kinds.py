@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autograder.check import CallError, Case
-from autograder.compare import compare, right_outputs
+from autograder.compare import as_numbers, compare, right_outputs
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -57,6 +57,8 @@ def untouched(
 
 
 def _same(now: Any, was: Any) -> bool:
+    if isinstance(was, np.random.Generator):
+        return True  # it is there to be drawn from
     if isinstance(was, np.ndarray):
         return isinstance(now, np.ndarray) and now.dtype == was.dtype and np.array_equal(now, was)
     return type(now) is type(was) and now == was
@@ -80,6 +82,34 @@ def repeatable(
             )
 
     return run
+
+
+def seeded(cases: Callable[[Generator], tuple[Case, ...]]) -> Callable[[Any, Generator], None]:
+    """Make the check that samples are drawn from the given generator alone: the same state, the same samples."""
+
+    def run(function: Callable[..., Any], rng: Generator) -> None:
+        judged = False
+        for case in cases(rng):
+            first = function(*case.fresh())
+            if not right_outputs(case, first):
+                continue
+            judged = True
+            if not _same_numbers(first, function(*case.fresh())):
+                raise AssertionError(
+                    "two calls with generators in the same state gave different samples: "
+                    "every draw must come from the generator that is given"
+                )
+        if not judged:
+            raise AssertionError(_NOT_JUDGED)
+
+    return run
+
+
+def _same_numbers(a: Any, b: Any) -> bool:
+    if type(a) in {tuple, list}:
+        return type(a) is type(b) and len(a) == len(b) and all(map(_same_numbers, a, b))
+    a, b = as_numbers(a), as_numbers(b)
+    return a is not None and b is not None and np.array_equal(a, b)
 
 
 def _right(function: Callable[..., Any], case: Case) -> set[str]:

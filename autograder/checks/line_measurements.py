@@ -50,7 +50,7 @@ CENTRE = (0.0, 0.0, 0.0)
 def _transform_case(rng: Generator, tf: Any, *, crossed: bool = False) -> Case:
     x, tf = pose(rng), np.array(tf, dtype=float)
     args = (line_seen_from(rng, x, tf, crossed=crossed), x, tf)
-    return Case(TRANSFORM, args, transform_line_to_scanner_frame(*args), transform_tolerance(*args))
+    return TRANSFORM.case(*args)
 
 
 @remembered
@@ -132,7 +132,7 @@ def _jacobian(rng: Generator, n: int) -> np.ndarray:
 
 def _normalize_case(alpha: float, r: float, Hx: np.ndarray) -> Case:
     args = (np.array([alpha, r]), Hx)
-    return Case(NORMALIZE, args, normalize_line_parameters(*args), normalize_tolerance(*args))
+    return NORMALIZE.case(*args)
 
 
 def _negative(rng: Generator, n: int = 3) -> Case:
@@ -227,7 +227,7 @@ def _map_case(rng: Generator, tf: Any, crossed: tuple[bool, ...]) -> Case:
     if nearest_first == list(range(len(lines))):
         lines.reverse()  # sorting must show
     args = (x, np.array(lines).T.copy(), tf)
-    return Case(PREDICTED, args, compute_predicted_measurements(*args), predicted_tolerance(*args))
+    return PREDICTED.case(*args)
 
 
 @remembered
@@ -257,7 +257,7 @@ def behind(rng: Generator) -> list[Case]:
         x[2] = sign * rng.uniform(2.0, 2.8)
         lines = np.array([_line_behind(rng, x, sign) for _ in range(4)]).T.copy()
         args = (x, lines, np.array(CENTRE))
-        cases.append(Case(PREDICTED, args, compute_predicted_measurements(*args), predicted_tolerance(*args)))
+        cases.append(PREDICTED.case(*args))
     return cases
 
 

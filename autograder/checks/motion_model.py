@@ -59,7 +59,7 @@ def dynamics_tolerance(
 
 def _dynamics_case(xvec: Any, u: Any, dt: float) -> Case:
     args = (np.array(xvec, dtype=float), np.array(u, dtype=float), float(dt))
-    return Case(DYNAMICS, args, compute_dynamics(*args), dynamics_tolerance(*args))
+    return DYNAMICS.case(*args)
 
 
 def heading(rng: Generator, turn: float = 0.0, turns: int = 0) -> float:
@@ -195,14 +195,14 @@ def _transition_case(rng: Generator, n: int, *, prior: bool = True, noise: bool 
     R = _covariance(rng, 2) * noise
     dt = float(rng.choice([rng.uniform(0.05, 0.4), rng.uniform(1.8, 3.0)]))
     args = (g, Gx, Gu, Sigma, R, dt)
-    return Case(TRANSITION, args, transition_update(*args), transition_tolerance(*args))
+    return TRANSITION.case(*args)
 
 
 def _robot_case(rng: Generator) -> Case:
     """Make a prediction step of a real motion: what compute_dynamics gives for an arc."""
     arc = _motions(rng, rng.uniform(0.4, 1.2, 2))[0]
     args = (*(part.copy() for part in arc.expected), _covariance(rng, 3), _covariance(rng, 2), arc.args[2])
-    return Case(TRANSITION, args, transition_update(*args), transition_tolerance(*args))
+    return TRANSITION.case(*args)
 
 
 @remembered

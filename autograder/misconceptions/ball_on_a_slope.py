@@ -16,8 +16,8 @@ if TYPE_CHECKING:
 Values = dict[str, float]
 
 
-def _answer(formula: Callable[[Values], np.ndarray | float]) -> Callable[[Values], tuple]:
-    return lambda values: (np.array(formula(values)),)
+def _answer(formula: Callable[[Values], np.ndarray | float]) -> Callable[[Values], np.ndarray]:
+    return lambda values: np.array(formula(values))
 
 
 def _fall(speed: float, pull: float, height: float) -> float:

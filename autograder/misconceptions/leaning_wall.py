@@ -14,54 +14,54 @@ def _numbers(values: dict[str, float]) -> tuple[float, float, float, float]:
     return h, 2 * e * e / 3, e * b, 2 * b * b
 
 
-def _line(alpha: float, x: float) -> tuple:
-    return (np.array([[alpha], [x * np.cos(alpha)]]),)
+def _line(alpha: float, x: float) -> np.ndarray:
+    return np.array([[alpha], [x * np.cos(alpha)]])
 
 
-def _not_halved(values: dict[str, float]) -> tuple:
+def _not_halved(values: dict[str, float]) -> np.ndarray:
     h, xx, xy, yy = _numbers(values)
     return _line(np.arctan2(-2 * xy, yy - xx), h + values["e"] / 3)
 
 
-def _regression(values: dict[str, float]) -> tuple:
+def _regression(values: dict[str, float]) -> np.ndarray:
     h, _, xy, yy = _numbers(values)
     return _line(np.arctan2(-xy, yy), h + values["e"] / 3)
 
 
-def _middle(values: dict[str, float]) -> tuple:
+def _middle(values: dict[str, float]) -> np.ndarray:
     h, xx, xy, yy = _numbers(values)
     return _line(0.5 * np.arctan2(-2 * xy, yy - xx), h)
 
 
-def _one_arctangent(values: dict[str, float]) -> tuple:
+def _one_arctangent(values: dict[str, float]) -> np.ndarray:
     h, xx, xy, yy = _numbers(values)
     return _line(0.5 * np.arctan(-2 * xy / (yy - xx)), h + values["e"] / 3)
 
 
-def _whole_length(values: dict[str, float]) -> tuple:
-    return (by_left(values) / np.cos(values["beta"]),)
+def _whole_length(values: dict[str, float]) -> np.ndarray:
+    return by_left(values) / np.cos(values["beta"])
 
 
-def _to_the_left(values: dict[str, float]) -> tuple:
-    return (by_left(values) * np.array([[-1.0], [1.0]]),)
+def _to_the_left(values: dict[str, float]) -> np.ndarray:
+    return by_left(values) * np.array([[-1.0], [1.0]])
 
 
-def _as_bearing(values: dict[str, float]) -> tuple:
-    return (-by_left(values) * values["h"] * np.tan(values["beta"]) / np.cos(values["beta"]),)
+def _as_bearing(values: dict[str, float]) -> np.ndarray:
+    return -by_left(values) * values["h"] * np.tan(values["beta"]) / np.cos(values["beta"])
 
 
-def _not_squared(values: dict[str, float]) -> tuple:
-    return (fan_covariance({**values, **{k: values[k] ** 0.5 for k in ("sigma_rho", "sigma_theta")}}),)
+def _not_squared(values: dict[str, float]) -> np.ndarray:
+    return fan_covariance({**values, **{k: values[k] ** 0.5 for k in ("sigma_rho", "sigma_theta")}})
 
 
-def _ranges_alone(values: dict[str, float]) -> tuple:
-    return (fan_covariance({**values, "sigma_theta": 0.0}),)
+def _ranges_alone(values: dict[str, float]) -> np.ndarray:
+    return fan_covariance({**values, "sigma_theta": 0.0})
 
 
-def _outer_beams_alone(values: dict[str, float]) -> tuple:
+def _outer_beams_alone(values: dict[str, float]) -> np.ndarray:
     middle = np.zeros((2, 2))
     middle[1, 1] = values["sigma_rho"] ** 2 / len(fan(values)[0]) ** 2
-    return (fan_covariance(values) - middle,)
+    return fan_covariance(values) - middle
 
 
 _ONE, _TWO, _THREE = "leaning_wall.line_e", "leaning_wall.by_left", "leaning_wall.C_fan"

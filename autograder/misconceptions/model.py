@@ -26,5 +26,5 @@ class Misconception:
     stage: str
     explanation: str
     hint: str
-    function: Callable[..., tuple]
+    function: Callable[..., Any]
     determined: Callable[..., bool] = _always

@@ -19,8 +19,8 @@ def _normal(values: Values) -> np.ndarray:
     return np.array([[math.cos(values["a"])], [math.sin(values["a"])]])
 
 
-def _answer(formula: Callable[[Values], np.ndarray | float]) -> Callable[[Values], tuple]:
-    return lambda values: (np.array(formula(values)),)
+def _answer(formula: Callable[[Values], np.ndarray | float]) -> Callable[[Values], np.ndarray]:
+    return lambda values: np.array(formula(values))
 
 
 _OBSERVED = (

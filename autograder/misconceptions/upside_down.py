@@ -22,12 +22,12 @@ _WALL = (
 
 def _answer(
     which: int, fault: Callable[[dict[str, float], np.ndarray], np.ndarray]
-) -> Callable[[dict[str, float]], tuple]:
+) -> Callable[[dict[str, float]], np.ndarray]:
     """Return the answer number `which` (h, H_x, H_mount), `fault` applied to that of an upright scanner."""
 
-    def function(values: dict[str, float]) -> tuple:
+    def function(values: dict[str, float]) -> np.ndarray:
         h, H_x = transform_line_to_scanner_frame(*arguments(values))
-        return (fault(values, (h.reshape(2, 1), H_x, by_mounting(values))[which]),)
+        return fault(values, (h.reshape(2, 1), H_x, by_mounting(values))[which])
 
     return function
 

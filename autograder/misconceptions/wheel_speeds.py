@@ -24,15 +24,15 @@ _ANSWERS = ("g", "G_x", "G_u", "G_u0")
 
 def _answer(
     which: int, relation: Callable[[float], list[list[float]]]
-) -> Callable[[dict[str, float]], tuple]:
+) -> Callable[[dict[str, float]], np.ndarray]:
     """Return the answer number `which` (g, G_x, G_u) with [V, omega] = relation(b) @ [v_left, v_right]."""
 
-    def function(values: dict[str, float]) -> tuple:
+    def function(values: dict[str, float]) -> np.ndarray:
         by_wheels = np.array(relation(values["b"]))
         pose = np.array([values[name] for name in ("x", "y", "theta")])
         u = by_wheels @ [values["v_left"], values["v_right"]]
         g, Gx, Gu = compute_dynamics(pose, u, values["dt"])
-        return ((g.reshape(3, 1), Gx, Gu @ by_wheels)[which],)
+        return (g.reshape(3, 1), Gx, Gu @ by_wheels)[which]
 
     return function
 
@@ -65,11 +65,11 @@ _RELATIONS = (
 )
 
 
-def _turning_ignored(values: dict[str, float]) -> tuple:
+def _turning_ignored(values: dict[str, float]) -> np.ndarray:
     """Let the speeds become equal before differentiating: only the forward speed depends on them."""
-    (matrix,) = _answer(2, lambda b: [[0.5, 0.5], [-1 / b, 1 / b]])(values)
+    matrix = _answer(2, lambda b: [[0.5, 0.5], [-1 / b, 1 / b]])(values)
     mean = matrix.mean(axis=1, keepdims=True)
-    return (np.hstack([mean, mean]),)
+    return np.hstack([mean, mean])
 
 
 MISCONCEPTIONS = (

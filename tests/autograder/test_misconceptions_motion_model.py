@@ -7,35 +7,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from diagnosis import found, observed
 
-from autograder.check import run_stage
-from autograder.checks import EXPRESSIONS, STAGES
-from autograder.diagnose import ARGUMENTS, diagnose
-from autograder.misconceptions import MISCONCEPTIONS, of_stage
+from autograder.diagnose import ARGUMENTS
 from autograder.misconceptions import motion_model as wrong
 from roboloc_reference.gaussian import transition_update
 from roboloc_reference.motion import compute_dynamics
-
-COURSE = "a course"
-ALL_STAGES = STAGES | {name: expression.stage() for name, expression in EXPRESSIONS.items()}
-# The only ones whose fault is that they return no number, and the arguments for which they may.
-NOT_FINITE = {"division by zero": lambda _xvec, u, _dt: u[1] == 0}
-# Those whose fault is in how many rows they return: a wrong association keeps other lines, of the right width.
-OTHER_COUNT = {"association.compute_innovations"}
-OTHER_SHAPE = {"block diagonal of nothing"}
-
-
-def found(stage, function):
-    """Diagnose a function: pairs of title and outputs."""
-    outcome = run_stage(ALL_STAGES[stage], function, COURSE)
-    return [(item.title, item.outputs) for item in diagnose(outcome, of_stage(stage))]
-
-
-def observed(stage, function):
-    """Diagnose a function no wrong version is like: the sentences."""
-    items = diagnose(run_stage(ALL_STAGES[stage], function, COURSE), of_stage(stage))
-    assert not any(item.known for item in items)
-    return [item.explanation for item in items]
 
 
 def handout_switch():
@@ -45,31 +22,6 @@ def handout_switch():
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
     return module.compute_dynamics
-
-
-@pytest.mark.parametrize("item", MISCONCEPTIONS, ids=lambda item: f"{item.stage}-{item.name}")
-def test_wrong_versions_return_numbers_of_the_right_shape(item):
-    """A wrong version differs by its fault alone: right shapes, finite numbers unless that is the fault."""
-    stage = ALL_STAGES[item.stage]
-    calls = run_stage(stage, stage.reference, COURSE).calls
-    for call in calls:
-        returned = item.function(*(np.copy(a) if isinstance(a, np.ndarray) else a for a in call.args))
-        right = stage.reference(*call.args)
-        skip = 1 if item.stage in OTHER_COUNT else 0
-        if item.name not in OTHER_SHAPE:
-            assert [np.shape(value)[skip:] for value in returned] == [np.shape(part)[skip:] for part in right]
-        if item.determined(*call.args) and not NOT_FINITE.get(item.name, lambda *_: False)(*call.args):
-            assert all(np.isfinite(value).all() for value in returned)
-
-
-def test_every_stage_has_enough_wrong_versions():
-    """At least six of compute_dynamics, four of transition_update, one of each symbolic answer, all with words."""
-    assert len(of_stage("motion.compute_dynamics")) >= 6
-    assert len(of_stage("gaussian.transition_update")) >= 4
-    assert all(of_stage(name) for name in EXPRESSIONS)
-    assert {item.stage for item in MISCONCEPTIONS} == set(ALL_STAGES)
-    assert len({(item.stage, item.name) for item in MISCONCEPTIONS}) == len(MISCONCEPTIONS)
-    assert all(len(item.explanation) > 60 and len(item.hint) > 20 for item in MISCONCEPTIONS)
 
 
 def test_printed_column_is_the_faulty_one():

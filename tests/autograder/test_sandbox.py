@@ -207,7 +207,7 @@ def test_no_file_of_the_course_is_there(inside):
 @pytest.mark.parametrize(
     "path",
     [
-        "/proc", "/proc/self/maps", "/proc/1/environ", "/sys", "/run", "/var", "/home/student/../../work", "/etc/passwd",
+        "/proc", "/proc/self/maps", "/proc/1/environ", "/sys", "/run", "/var", f"/home/student/../..{REPOSITORY}", "/etc/passwd",
         "/etc/shadow", "/etc/hostname", str(Path.home() / ".bashrc"), str(REPOSITORY), str(REPOSITORY / ".git"),
         str(Path(roboloc_reference.__file__).parent), str(REPOSITORY / "autograder"), "/dev/kmsg", "/dev/mem", "/boot",
         "/opt/worker/notebook_session/session.py", "/opt/worker/notebook_session/mirror.py",

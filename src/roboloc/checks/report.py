@@ -176,7 +176,9 @@ class Caller:
         names = ", ".join(results)
         if values is None:
             raise Wrong(f"The function returns None. Does it end with: return {names}?")
-        if not isinstance(values, tuple | list) or len(values) != len(results):
+        if len(results) == 1:
+            values = (values,)
+        elif not isinstance(values, tuple | list) or len(values) != len(results):
             got = f"{len(values)} values" if isinstance(values, tuple | list) else type(values).__name__
             raise Wrong(f"Expected {len(results)} values, {names}, got {got}.")
         pairs = zip(results.items(), values, strict=True)
