@@ -97,6 +97,8 @@ EXAMPLES = {
     "roboloc.validation.as_covariance": ("value", P3, 3),
     "roboloc.validation.as_floats": ("value", POSE, 3),
     "roboloc.validation.as_number": ("value", np.array(1.5)),
+    "roboloc.velocity_logs.load": ("unsure",),
+    "roboloc.velocity_logs.read": (DATA / "unsure.npz",),
     "roboloc.worlds.arena": (),
     "roboloc.worlds.lines_of": (worlds.maze().segments,),
     "roboloc.worlds.maze": (),
