@@ -162,7 +162,7 @@ _DRAWN = ("zs", "truth")
 def read(path: str | Path) -> tuple[VelocityLog, ...]:
     """Read a set of runs.
 
-    The arrays of the file have the names of :class:`VelocityLog`, and `zs` and `truth` one more axis in front: the runs.
+    The arrays of the file have the names of :class:`VelocityLog`; `zs` and `truth` have the runs in front.
 
     Parameters
     ----------
