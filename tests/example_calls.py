@@ -116,6 +116,7 @@ EXAMPLES = {
     "roboloc_reference.ballistic.motion": (BALL, DT, 9.81, 0.8),
     "roboloc_reference.ballistic.predict": (BALL, P4, DT, 9.81, 0.8, P4),
     "roboloc_reference.ballistic.vertical_motion": (1.0, -3.0, DT, 9.81, 0.8),
+    "roboloc_reference.cloud_weights.weigh": (CLOUD, WEIGHTS, LINES, np.stack([P2] * 3), LINES, TF),
     "roboloc_reference.comparison.compare": ([SCENARIO], four_filters(np.random.default_rng(0), 50)),
     "roboloc_reference.comparison.follow": (
         SCENARIO,

@@ -6,6 +6,7 @@ everything is done for all lines of one observation at once, and for not more pa
 """
 
 import threading
+import warnings
 from math import nan, pi, prod, sqrt
 
 import numpy as np
@@ -67,6 +68,32 @@ def whitening(Q_raw: ArrayLike, count: int) -> np.ndarray:
         sigma = sqrt(rest)
         W.append(((1.0 / sqrt(q_aa), 0.0), (-slope / sigma, 1.0 / sigma)))
     return np.array(W).reshape(count, 2, 2)
+
+
+def as_weights(ws: ArrayLike) -> np.ndarray:
+    """Return weights as an array, (M,): at least one, none negative."""
+    ws = as_array("ws", ws, ("M",))
+    if not ws.size:
+        raise ValueError("ws: expected at least one weight, got none")
+    if ws.min() < 0.0:
+        raise ValueError(f"ws: expected no negative weight, got {ws.min()}")
+    return ws
+
+
+def posterior(ws: np.ndarray, d2: np.ndarray) -> np.ndarray:
+    """Return weights times exp(-d2 / 2), of total 1; if none is left, all alike, and the stage's caller is warned."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        logs = np.log(ws) - d2 / 2
+    logs[np.isnan(logs)] = -np.inf  # inf - inf, where the processor has no fused product and sum
+    best = logs.max()
+    if best == -np.inf:
+        message = "no particle can explain what is seen: all weights are set to 1/M"
+        warnings.warn(message, RuntimeWarning, stacklevel=3)
+        return np.full(ws.size, 1.0 / ws.size)
+    logs -= best
+    after = np.exp(logs, out=logs)
+    after /= after.sum()
+    return after
 
 
 def nearest_lines(z_raw: np.ndarray, h_alpha: np.ndarray, h_r: np.ndarray, W: np.ndarray) -> np.ndarray:

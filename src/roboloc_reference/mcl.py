@@ -26,7 +26,6 @@ Results have the shapes of the handout; they are views whose last index in memor
 Source: Stanford AA274A (2021), problem set 4, problem 3. The tests hold it against plain loops.
 """
 
-import warnings
 from math import pi
 from types import MappingProxyType
 from typing import Any
@@ -37,7 +36,16 @@ from numpy.typing import ArrayLike
 from roboloc import filters
 from roboloc.angles import TURN
 from roboloc.validation import as_array, as_floats, as_number
-from roboloc_reference._clouds import blocks, nearest_lines, scratch, whitening, wrap_in_place
+from roboloc_reference._clouds import (
+    as_weights,
+    blocks,
+    nearest_lines,
+    posterior,
+    scratch,
+    whitening,
+    wrap_in_place,
+)
+from roboloc_reference.cloud_weights import weigh
 from roboloc_reference.resampling import systematic_resample
 
 _BELOW_PI = np.nextafter(pi, 0.0)
@@ -254,12 +262,8 @@ def measurement_weights(vs: ArrayLike, Q_raw: ArrayLike, ws: ArrayLike) -> np.nd
     >>> measurement_weights([[0.0, 0.0], [0.0, 0.1]], [np.diag([0.01, 0.01])], [0.5, 0.5]).round(4).tolist()
     [0.6225, 0.3775]
     """
-    ws = as_array("ws", ws, ("M",))
+    ws = as_weights(ws)
     M = ws.size
-    if not M:
-        raise ValueError("ws: expected at least one weight, got none")
-    if ws.min() < 0.0:
-        raise ValueError(f"ws: expected no negative weight, got {ws.min()}")
     vs = as_array("vs", vs, (M, "2I"))
     count, odd = divmod(vs.shape[1], 2)
     if odd:
@@ -268,23 +272,13 @@ def measurement_weights(vs: ArrayLike, Q_raw: ArrayLike, ws: ArrayLike) -> np.nd
 
     d2 = np.empty(M)
     by_observation = vs.T.reshape(count, 2, M)
-    with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
+    with np.errstate(over="ignore", invalid="ignore"):
         for block in blocks(M, count):
             v = by_observation[:, :, block]
             white = np.matmul(W, v, out=scratch(*v.shape))
             white *= white
             np.sum(white, axis=(0, 1), out=d2[block])
-        logs = np.log(ws) - d2 / 2
-    logs[np.isnan(logs)] = -np.inf  # inf - inf, where the processor has no fused product and sum
-    best = logs.max()
-    if best == -np.inf:
-        message = "no particle can explain what is seen: all weights are set to 1/M"
-        warnings.warn(message, RuntimeWarning, stacklevel=2)
-        return np.full(M, 1.0 / M)
-    logs -= best
-    after = np.exp(logs, out=logs)
-    after /= after.sum()
-    return after
+    return posterior(ws, d2)
 
 
 STAGES = MappingProxyType(
@@ -345,3 +339,24 @@ class MonteCarloLocalization(filters.MonteCarloLocalization):
         **options: Any,
     ) -> None:
         super().__init__(x0, R, map_lines, tf_base_to_camera, g, rng, stages=stages, **options)
+
+    def measurement_update(self, z_raw: ArrayLike, Q_raw: ArrayLike) -> None:
+        """Correct as the shell does; with the reference stages by :func:`roboloc_reference.cloud_weights.weigh`.
+
+        Parameters
+        ----------
+        z_raw : (2, I) array_like
+            Observed lines alpha, r in the frame of the scanner [rad, m].
+        Q_raw : (I, 2, 2) array_like
+            Their covariances; an array or a list of matrices.
+
+        Raises
+        ------
+        ValueError
+            If an argument has another shape, or if a stage returns something else.
+        """
+        if self._stages is not STAGES:
+            super().measurement_update(z_raw, Q_raw)
+            return
+        self._refresh()
+        self._reweigh(weigh(self.xs, self.ws, z_raw, Q_raw, self.map_lines, self.tf_base_to_camera))

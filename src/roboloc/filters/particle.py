@@ -174,9 +174,8 @@ class ParticleFilter(Shell):
         M = len(self.xs)
         vs = as_array("vs", vs, (M, "2I")).copy()
         Q_raw = self._covariances(Q_raw, vs.shape[1] // 2)
-        (self.ws,) = self._call("measurement_weights", {"ws": (M,)}, vs, Q_raw, self.ws.copy())
-        if effective_sample_size(self.ws) < self.threshold * M:
-            self.resample()
+        (ws,) = self._call("measurement_weights", {"ws": (M,)}, vs, Q_raw, self.ws.copy())
+        self._reweigh(ws)
 
     def resample(self) -> None:
         """Draw as many particles as there are in proportion to their weights, which become the same for all.
@@ -197,6 +196,12 @@ class ParticleFilter(Shell):
             )
         self.xs = self.xs[ancestors.astype(np.intp)]
         self.ws = np.full(M, 1.0 / M)
+
+    def _reweigh(self, ws: np.ndarray) -> None:
+        """Take on new weights, and resample where they call for it."""
+        self.ws = ws
+        if effective_sample_size(ws) < self.threshold * len(ws):
+            self.resample()
 
     @staticmethod
     def _covariances(Q_raw: ArrayLike, count: int) -> np.ndarray:
