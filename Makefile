@@ -33,7 +33,7 @@ test: lint ## everything CI runs
 	  { echo 'notebooks/ is not what solutions/ gives: run make notebooks and commit'; exit 1; }
 	@$(MAKE) --no-print-directory $(BOOK)
 	pytest -n 2 --dist loadfile
-	python tools/course.py --every-mistake
+	python tools/course.py
 
 lint: setup ## ruff: rules and format
 	ruff check .

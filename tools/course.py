@@ -8,9 +8,8 @@ is looked at: each score and recognised mistake against ``samples/<assignment>/<
 written by hand, a gradebook row for each grade cell of each student, feedback that shows nothing hidden and runs
 nothing of a student's, and processor seconds within the limit of the configuration.
 
-Usage: ``python tools/course.py [--every-mistake] [--notebook NAME ...] [--anew]``. Without ``--every-mistake`` only the
-samples of an assignment's largest class make all known mistakes, those of its other notebooks every fourth one;
-``make test`` grades them all. The exit status is 0 if all is as expected.
+Usage: ``python tools/course.py [--every-mistake] [--notebook NAME ...] [--anew]``. Without ``--every-mistake`` the
+class makes every eighth of the known mistakes of each notebook. The exit status is 0 if all is as expected.
 """
 
 from __future__ import annotations
@@ -47,6 +46,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "build" / "demo"
 MADE = DEMO / ".made-from"  # of what the class was graded as expected
+_EVERY = 8  # of so many known mistakes the class makes one
 CONFIGURATION = '''\
 """The sample class: the course's own configuration, with folders and a gradebook of its own."""
 
@@ -102,7 +102,7 @@ def assignments(course: Path, *, every_mistake: bool = True) -> list[Assignment]
     course : pathlib.Path
         See `prepare`.
     every_mistake : bool, optional
-        Whether the samples of all notebooks make every known mistake, or those of the largest class alone.
+        Whether the samples make every known mistake, or every eighth of each notebook's.
     """
     found = []
     for folder in sorted(path for path in (course / "source").iterdir() if any(path.glob("*.ipynb"))):
@@ -116,11 +116,10 @@ def _students(assignment: str, sources: dict[str, NotebookNode], every_mistake: 
         name: sample_class.sample_class(SAMPLES / assignment / name, sample_class.stage_cells(source))
         for name, source in sources.items()
     }
-    largest = max(classes, key=lambda name: len(classes[name]))
     if not every_mistake:
-        for name in set(classes) - {largest}:
-            mistakes = [sample for sample in classes[name] if sample.name.startswith("mistake-")]
-            classes[name] = [s for s in classes[name] if s not in mistakes or s in mistakes[::4]]
+        for name, samples in classes.items():
+            mistakes = [sample for sample in samples if sample.name.startswith("mistake-")]
+            classes[name] = [s for s in samples if s not in mistakes or s in mistakes[::_EVERY]]
     return sample_class.deal(classes)
 
 
@@ -269,7 +268,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     """Grade the class, look at what came out, and say so."""
     parser = argparse.ArgumentParser(description="Grade the sample class and hold every score.")
     parser.add_argument(
-        "--every-mistake", action="store_true", help="in each notebook, not in the first alone"
+        "--every-mistake", action="store_true", help="make all known mistakes, not every eighth"
     )
     parser.add_argument("--notebook", action="append", default=[], help="grade this notebook alone")
     parser.add_argument("--anew", action="store_true", help="grade it again though nothing has changed")
