@@ -3,7 +3,7 @@
 
 SHELL := bash
 .DEFAULT_GOAL := help
-.PHONY: setup course test lint book notebooks bench lab student-kit clean help
+.PHONY: setup course test lint book notebooks bench mutation lab student-kit clean help
 
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 # What is newer than these is made again.
@@ -47,6 +47,9 @@ notebooks: setup ## the student notebooks, notebooks/, from solutions/
 
 bench: setup ## every speed claim, as a ratio against a named baseline
 	python -m benchmarks
+
+mutation: setup ## the reference stages changed one sign or number at a time: do the hidden checks notice?
+	OPENBLAS_NUM_THREADS=1 python tools/mutation.py
 
 lab: setup ## JupyterLab on the student notebooks
 	jupyter lab notebooks

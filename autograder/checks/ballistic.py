@@ -66,9 +66,11 @@ def _thrown(rng: Generator) -> tuple[np.ndarray, float]:
     return x, rng.uniform(6, 15)
 
 
-def _bouncing(rng: Generator, impacts: int, e: float) -> Case:
-    """Make a step with a number of impacts, that ends well inside a flight."""
+def _bouncing(rng: Generator, impacts: int, e: float, slow: int = 0) -> Case:
+    """Make a step with a number of impacts, that ends well inside a flight; a `slow` one is on the moon."""
     x, g = _thrown(rng)
+    if slow:  # below 1 m/s all the way
+        x[1], x[3], g = rng.uniform(0.05, 0.1), slow * rng.uniform(0.3, 0.5), rng.uniform(1.4, 1.8)
     first, s = _fall(x, g)
     part = rng.uniform(0.2, 0.8)
     flights = 2 * s / g * e ** np.arange(1, impacts + 1)
@@ -84,8 +86,9 @@ def in_the_air(rng: Generator) -> list[Case]:
 
 @remembered
 def one_impact(rng: Generator) -> list[Case]:
-    """Make steps with one impact."""
-    return [_bouncing(rng, 1, rng.uniform(0.5, 0.9)) for _ in range(5)]
+    """Make steps with one impact, two of them of a ball that is slow, on its way down and up."""
+    slow = [_bouncing(rng, 1, rng.uniform(0.25, 0.45), slow=sign) for sign in (-1, 1)]
+    return [*(_bouncing(rng, 1, rng.uniform(0.5, 0.9)) for _ in range(5)), *slow]
 
 
 @remembered

@@ -249,6 +249,15 @@ def some_crossed(rng: Generator) -> list[Case]:
 
 
 @remembered
+def crossed_anywhere(rng: Generator) -> list[Case]:
+    """Make maps of which the robot has driven across some lines, its scanner at its centre or elsewhere."""
+    flags = [tuple(rng.permutation([True, False] * 2 + [True])) for _ in range(4)]
+    return [
+        _map_case(rng, tf, crossed) for tf, crossed in zip([CENTRE, mounting(rng)] * 2, flags, strict=True)
+    ]
+
+
+@remembered
 def behind(rng: Generator) -> list[Case]:
     """Make maps of lines that need wrapping."""
     cases = []
@@ -302,7 +311,7 @@ PREDICTED = Stage(
         Check("hs, scanner mounted elsewhere", 2, each(mounted, "hs"), _HINT_SHIFT),
         Check("Hs, scanner mounted elsewhere", 2, each(mounted, "Hs"), _HINT_SHIFT),
         Check("hs, lines crossed", 2, each(some_crossed, "hs"), _HINT_SIDES),
-        Check("Hs, lines crossed", 2, each(some_crossed, "Hs"), _HINT_SIDES),
+        Check("Hs, lines crossed", 2, each(crossed_anywhere, "Hs"), _HINT_SIDES),
         Check("alpha in one turn", 2, each(behind, "hs"), _HINT_WRAP),
         Check(
             "map of one line", 1, each(one_line), "A map of one line is still (2, 1), and Hs is (1, 2, 3)."

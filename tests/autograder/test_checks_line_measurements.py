@@ -67,7 +67,7 @@ EXPECTED = {
         "bare absolute value of a crossed line": ({5, 6}, 16),
         "derivatives not normalised": ({6}, 18),
         "angles not wrapped": ({7}, 18),
-        "mounting ignored": ({3, 4}, 16),
+        "mounting ignored": ({3, 4, 6}, 14),
         "pose and mounting exchanged": ({2, 3, 4, 6, 8}, 10),
         "the caller's map overwritten": ({9}, 18),
     },
