@@ -11,7 +11,8 @@ ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "book" / "coverage.md"
 NONE = "–"
 STANFORD = ["1 (i)", "1 (ii)", "1 (iii)", "1 (iv)", "1 (v)", "1 (vi)", "1 (vii)"]
-SLAM_AND_PARTICLES = ["2 (i)", "2 (ii)", "2 (iii)", "3 (i)", "3 (ii)", "3 (iii)", "3 (iv)"]
+PARTICLES = ["3 (i)", "3 (ii)", "3 (iii)", "3 (iv)"]
+SLAM_AND_PARTICLES = ["2 (i)", "2 (ii)", "2 (iii)", *PARTICLES]
 
 # The parts of the sources, in their order.
 PARTS = {
@@ -38,8 +39,8 @@ PARTS = {
 }
 # The parts that no notebook covers yet, or not in full. Whoever writes one takes its parts out.
 NOT_YET = {
-    "Stanford AA274A, problem set 4 (2021)": {*SLAM_AND_PARTICLES, "3, extra credit"},
-    "Stanford AA274A, problem set 4 (2020), the derivations": {*SLAM_AND_PARTICLES},
+    "Stanford AA274A, problem set 4 (2021)": {"2 (ii)", *PARTICLES, "3, extra credit"},
+    "Stanford AA274A, problem set 4 (2020), the derivations": {*PARTICLES},
     "Stanford AA274A, problem set 3: line extraction": {"split", "merge", "extract"},
     "CMU 16-833, homework 2": {*PARTS["CMU 16-833, homework 2"]},
     "Flinders University, Instrumentation, tutorial 6": {

@@ -1,7 +1,7 @@
 import pytest
 
-from roboloc.filters import Ekf, EkfSlam
-from roboloc.filters.shell import MissingStageError
+from roboloc.filters import Ekf
+from roboloc.filters.shell import MissingStageError, Shell
 
 
 def unwritten(*_arguments):
@@ -18,7 +18,5 @@ def test_an_unwritten_stage_names_its_notebook(stage):
 
 def test_a_stage_of_no_notebook_is_only_missing():
     """A name that no notebook writes gets no pointer."""
-    slam = EkfSlam([0, 0, 0], [[0] * 3] * 3, [[1, 0], [0, 1]], [0, 0, 0], 3.0)
-    slam._stages = {"compute_predicted_measurements": unwritten}
     with pytest.raises(MissingStageError, match=r"not written yet$"):
-        slam.compute_predicted_measurements()
+        Shell({"odd": unwritten})._call("odd", {"g": (1,)})

@@ -9,7 +9,7 @@ function prints while it is checked is not shown.
 from collections.abc import Callable
 from typing import Any
 
-from roboloc.checks import association, ballistic, fit, gaussian, lines, motion
+from roboloc.checks import association, ballistic, fit, gaussian, lines, motion, slam
 from roboloc.checks.report import Check, Item, Report, run, show
 
 __all__ = ["STAGES", "Item", "Report", "check"]
@@ -26,6 +26,8 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "extraction.line_parameters": fit.PARAMETERS,
     "extraction.line_jacobians": fit.JACOBIANS,
     "extraction.fit_line": fit.FIT,
+    "slam.transition_model": slam.TRANSITION,
+    "slam.compute_predicted_measurements": slam.PREDICTED,
     "ballistic.predict": ballistic.PREDICT,
     "ballistic.correct": ballistic.CORRECT,
 }

@@ -70,9 +70,12 @@ class EkfSlam(LineEkf):
     [[0.5], [4.0]]
     """
 
-    # What is predicted here is another stage of the name, with the lines in the state.
     notebooks = MappingProxyType(
-        {name: where for name, where in LineEkf.notebooks.items() if name != "compute_predicted_measurements"}
+        {
+            **LineEkf.notebooks,
+            "transition_model": "line-slam",
+            "compute_predicted_measurements": "line-slam",
+        }
     )
 
     def __init__(
