@@ -1,6 +1,6 @@
 """The wire: plain data keeps its exact type, and nothing but plain data comes in."""
 
-# ruff: noqa: D102, E501, PLR0911, PLW0108, PYI024  (liars of every kind, and one comparison for all kinds of data)
+# ruff: noqa: D102, E501, PYI024  (liars of every kind, and one comparison for all kinds of data)
 
 from __future__ import annotations
 
@@ -9,106 +9,16 @@ import enum
 import io
 import math
 import os
-import struct
 import sys
-import tracemalloc
 
 import msgpack
 import numpy as np
 import pytest
-from hypothesis import HealthCheck, given, settings
+from hypothesis import given
 from hypothesis import strategies as st
-from hypothesis.extra import numpy as hnp
+from plain_data import ARRAYS, MUCH, PLAIN, QUICK, over, same
 
-from autograder import frames, wire
-
-QUICK = settings(
-    max_examples=60, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
-MUCH = settings(
-    max_examples=150, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow]
-)
-
-
-def over(value, **keywords):
-    """Send a value through encoding, a frame and decoding, as it crosses."""
-    body = frames.pack(wire.encode(value, **keywords))[4:]
-    return wire.decode(frames.unpack(body), allow_named=keywords.get("named", False))
-
-
-def same(left, right):
-    """Return whether two values agree in type, order, bits and flags, at every depth."""
-    if type(left) is not type(right):
-        return False
-    if isinstance(left, np.ndarray):
-        return (
-            left.dtype.str == right.dtype.str
-            and left.shape == right.shape
-            and left.tobytes() == right.tobytes()
-            and left.flags.writeable == right.flags.writeable
-            and left.flags.c_contiguous >= (left.flags.c_contiguous and right.flags.c_contiguous)
-        )
-    if isinstance(left, np.generic):
-        return left.dtype.str == right.dtype.str and left.tobytes() == right.tobytes()
-    if isinstance(left, float):
-        return struct.pack("d", left) == struct.pack("d", right)
-    if isinstance(left, complex):
-        return same((left.real, left.imag), (right.real, right.imag))
-    if isinstance(left, dict):
-        return same(list(left.items()), list(right.items()))
-    if isinstance(left, (list, tuple)):
-        return len(left) == len(right) and all(map(same, left, right))
-    if isinstance(left, np.random.Generator):
-        return str(left.bit_generator.state) == str(right.bit_generator.state)
-    return left == right
-
-
-DTYPES = st.one_of(
-    hnp.boolean_dtypes(),
-    hnp.integer_dtypes(),
-    hnp.unsigned_integer_dtypes(),
-    hnp.floating_dtypes(sizes=(16, 32, 64)),
-    hnp.complex_number_dtypes(sizes=(64, 128)),
-    hnp.unicode_string_dtypes(max_len=5),
-    hnp.byte_string_dtypes(max_len=5),
-    hnp.datetime64_dtypes(),
-    hnp.timedelta64_dtypes(),
-)
-ARRAYS = hnp.arrays(DTYPES, hnp.array_shapes(min_dims=0, max_dims=3, min_side=0, max_side=4))
-HASHABLE = st.recursive(
-    st.one_of(
-        st.none(),
-        st.booleans(),
-        st.integers(),
-        st.floats(allow_nan=False),
-        st.text(),
-        st.binary(),
-        st.complex_numbers(allow_nan=False),
-        st.just(Ellipsis),
-    ),
-    lambda inner: st.one_of(st.lists(inner, max_size=3).map(tuple), st.frozensets(inner, max_size=3)),
-    max_leaves=4,
-)
-PLAIN = st.recursive(
-    st.one_of(
-        HASHABLE,
-        st.floats(),
-        st.builds(bytearray, st.binary()),
-        st.builds(range, st.integers(-9, 9), st.integers(-9, 9), st.sampled_from([-2, 1, 3])),
-        st.builds(slice, st.none() | st.integers(), st.integers(), st.text()),
-        ARRAYS,
-        DTYPES.flatmap(lambda dtype: hnp.from_dtype(dtype)).filter(
-            lambda value: isinstance(value, np.generic)
-        ),
-        st.sets(HASHABLE, max_size=3),
-    ),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=4),
-        st.lists(inner, max_size=4).map(tuple),
-        st.dictionaries(HASHABLE, inner, max_size=4),
-    ),
-    max_leaves=12,
-)
+from autograder import wire
 
 
 @MUCH
@@ -355,161 +265,6 @@ def test_a_function_of_a_tests_own_is_not_named():
     sin.__module__ = "numpy"
     with pytest.raises(wire.WireError):
         wire.encode(sin, named=True)
-
-
-# Hostile data.
-
-JUNK = st.recursive(
-    st.one_of(
-        st.none(), st.booleans(), st.integers(-2, 20), st.integers(), st.floats(), st.text(), st.binary()
-    ),
-    lambda inner: st.one_of(
-        st.lists(inner, max_size=6),
-        st.builds(lambda tag, rest: [tag, *rest], st.integers(-1, 17), st.lists(inner, max_size=6)),
-        st.dictionaries(st.text(max_size=3), inner, max_size=3),
-    ),
-    max_leaves=15,
-)
-GENERATOR = wire.encode(np.random.default_rng(1))
-TWISTER = wire.encode(np.random.Generator(np.random.MT19937(1)))
-
-
-@MUCH
-@given(JUNK)
-def test_junk_is_a_value_or_a_wire_error(data):
-    """Whatever structure comes, it decodes to plain data or raises WireError and nothing else."""
-    try:
-        value = wire.decode(data)
-    except wire.WireError:
-        return
-    assert not callable(value)
-
-
-@QUICK
-@given(PLAIN, st.data())
-def test_a_mangled_value_is_a_value_or_a_wire_error(value, data):
-    """A valid encoding with one of its bytes changed, cut or grown never raises anything but WireError."""
-    body = bytearray(frames.pack(wire.encode([value, 1]))[4:])
-    place = data.draw(st.integers(0, len(body) - 1))
-    what = data.draw(st.sampled_from(["change", "cut", "insert"]))
-    if what == "change":
-        body[place] = data.draw(st.integers(0, 255))
-    elif what == "cut":
-        del body[place:]
-    else:
-        body[place:place] = data.draw(st.binary(max_size=5))
-    try:
-        wire.decode(frames.unpack(bytes(body)))
-    except wire.WireError:
-        pass
-    except DeprecationWarning:
-        pytest.fail("a dtype's text was interpreted, not compared")
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        [], [99], [-1], ["x"], [True], [None], {}, {"a": 1}, [[0]], (0, 1), [2, 1], [3, [0]], [4, [2]], [2, [0, 1], 2],
-        [3, [7, "<f8", [1], "C", True, b"12345678"]], [5], [5, "xyz"], [5, "f" * 30_001], [5, 7], [6, 1, 2],
-        [6, 1.0], [12, 1, 2], [12, 1, 2, 0], [12, "a", "b", "c"], [13, 1, 2], [15, "x"], [10, 1, 2, 3],
-        [10, True, "x", False], [11, "os", "system"], [11, "builtins", "eval"], [11, "math", "sin"],
-    ],
-    ids=str,
-)  # fmt: skip
-def test_wrong_tags_and_fields(data):
-    """Wrong tags, half pairs, unhashable keys, fields of other types, and functions by name are refused."""
-    with pytest.raises(wire.WireError):
-        wire.decode(data)
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        ["|O", [1], "C", True, bytes(8)], ["O", [1], "C", True, bytes(8)], ["|V8", [1], "C", True, bytes(8)],
-        ["f8,f8", [1], "C", True, bytes(16)], ["(2,)f8", [1], "C", True, bytes(16)], ["T", [1], "C", True, bytes(16)],
-        ["<f8", [2], "C", True, bytes(8)], ["<f8", [1], "C", True, bytes(9)], ["<f8", [-1], "C", True, b""],
-        ["<f8", [1.0], "C", True, bytes(8)], ["<f8", [True], "C", True, bytes(8)], ["<f8", [1], "K", True, bytes(8)],
-        ["<f8", [1], "C", 1, bytes(8)], ["<f8", [1], "C", True, "12345678"], ["<f8", [1] * 65, "C", True, bytes(8)],
-        ["<f8", [2**40, 2**40], "C", True, b""], ["<f8", [0, 2**62], "C", True, b""],
-        ["<f8", 1, "C", True, bytes(8)], [b"<f8", [1], "C", True, bytes(8)], ["<f8" * 20, [1], "C", True, bytes(8)],
-        ["<f8", [1]], [], ["<f3", [1], "C", True, bytes(3)], ["<U0", [4], "C", True, b""],
-    ],
-    ids=lambda data: str(data)[:50],
-)  # fmt: skip
-def test_wrong_arrays(data):
-    """Object and structured dtypes, byte counts that do not fit, impossible shapes and orders are refused."""
-    with pytest.raises(wire.WireError):
-        wire.decode([7, *data])
-
-
-@pytest.mark.parametrize("raw", [b"", b"1234567"])
-def test_wrong_scalars(raw):
-    """A scalar with too few bytes or of an object dtype is refused."""
-    with pytest.raises(wire.WireError):
-        wire.decode([8, "<f8", raw])
-    with pytest.raises(wire.WireError):
-        wire.decode([8, "|O", bytes(8)])
-
-
-def _with(encoded, *path, value):
-    """Return an encoded generator whose state has another value at a path of keys."""
-    state = wire.decode(encoded[2])
-    inner = state
-    for key in path[:-1]:
-        inner = inner[key]
-    inner[path[-1]] = value
-    return [encoded[0], encoded[1], wire.encode(state)]
-
-
-@pytest.mark.parametrize(
-    "data",
-    [
-        [9], [9, "PCG64"], [9, "PCG64", [2]], [9, "Evil", [2]], [9, ["x"], [2]], [9, "seed", GENERATOR[2]],
-        [9, "MT19937", GENERATOR[2]], _with(GENERATOR, "state", "state", value="x"),
-        _with(GENERATOR, "state", "state", value=-1), _with(GENERATOR, "state", value=None),
-        _with(TWISTER, "state", "key", value=[1, 2]), _with(TWISTER, "state", "pos", value="x"),
-    ],
-    ids=lambda data: str(data)[:40],
-)  # fmt: skip
-def test_wrong_generators(data):
-    """A generator of an unknown kind or with a state of another is refused."""
-    with pytest.raises(wire.WireError):
-        wire.decode(data)
-
-
-@pytest.mark.parametrize("place", [-1, 625, 10**6, 2**31 - 1, -(2**31), True, 1.0])
-@pytest.mark.parametrize(("name", "path"), [("MT19937", ("state", "pos")), ("Philox", ("buffer_pos",))])
-def test_no_generator_points_outside_its_buffer(name, path, place):
-    """A state whose place lies outside the buffer is refused: numpy would read the grader's memory there and crash."""
-    encoded = wire.encode(np.random.Generator(getattr(np.random, name)(1)))
-    with pytest.raises(wire.WireError):
-        wire.decode(_with(encoded, *path, value=place))
-
-
-def test_depth_and_number_of_items_are_bounded(monkeypatch):
-    """Data nested deeper, or with more items, than allowed is refused before it becomes a structure."""
-    deep = 0
-    for _ in range(wire.MAX_DEPTH + 5):
-        deep = [0, deep]
-    with pytest.raises(wire.WireError, match="nested"):
-        wire.decode(deep)
-    monkeypatch.setattr(wire, "MAX_ITEMS", 1000)
-    with pytest.raises(wire.WireError, match="items"):
-        wire.decode([0, *[None] * 1001])
-
-
-def test_an_array_that_announces_much_takes_little():
-    """An array that announces a terabyte without bytes takes no memory, whether or not it is refused."""
-    tracemalloc.start()
-    try:
-        for shape in ([10**12], [0, 10**12], [2**62], [1, 10**11, 0]):
-            try:
-                wire.decode([7, "<f8", shape, "C", True, b""])
-            except wire.WireError:
-                continue
-        assert tracemalloc.get_traced_memory()[1] < 1_000_000
-    finally:
-        tracemalloc.stop()
 
 
 def test_what_crosses_is_plain_messagepack():
