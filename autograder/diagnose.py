@@ -1,4 +1,4 @@
-"""Say what a mistake is: by comparison with known wrong versions, else by where and how the numbers differ.
+"""Say what a mistake is: by comparison with known wrong versions, else by what :mod:`autograder.observe` sees.
 
 Works on the calls that the checks have made already; the student's function is not called again. Each output
 is looked at on its own, so that two mistakes in two outputs are both found.
@@ -6,14 +6,14 @@ is looked at on its own, so that two mistakes in two outputs are both found.
 
 from __future__ import annotations
 
-import inspect
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from autograder.check import copied
-from autograder.compare import as_numbers, entries, pick
+from autograder.compare import as_numbers, pick
+from autograder.observe import observe
 
 if TYPE_CHECKING:
     from autograder.check import Call, Outcome, Stage
@@ -21,13 +21,6 @@ if TYPE_CHECKING:
 
 ARGUMENTS = "arguments"
 _FEWEST_CALLS = 3
-_SAME_FACTOR = 2e-3  # the limits that may stand for the right numbers at small omega are this near
-_TINY = 1e-7
-_CLOSE = 1e-4
-_NEARLY = (
-    "close, but not to rounding. Is a derivative taken by a difference, a series cut early, a limit "
-    "used too far from 0, or a number of lower precision used?"
-)
 
 
 @dataclass(frozen=True)
@@ -42,7 +35,7 @@ class Diagnosis:
 
 
 @dataclass(frozen=True)
-class _Numbers:
+class Numbers:
     """One call as numbers: each output's array, None where it is not one, and which arguments changed."""
 
     values: dict[str, np.ndarray | None]
@@ -50,14 +43,14 @@ class _Numbers:
 
 
 @dataclass(frozen=True)
-class _Seen:
+class Seen:
     """One call of the student's function beside the right result."""
 
     args: tuple
     right: dict[str, np.ndarray]
     tolerance: dict[str, np.ndarray]
     loosest: dict[str, float]
-    got: _Numbers
+    got: Numbers
 
 
 def diagnose(outcome: Outcome, misconceptions: tuple[Misconception, ...]) -> tuple[Diagnosis, ...]:
@@ -88,12 +81,13 @@ def diagnose(outcome: Outcome, misconceptions: tuple[Misconception, ...]) -> tup
             return ()
         found = _known(stage, seen, wrong, misconceptions)
         explained = {name for item in found for name in item.outputs}
-        observed = (_observe(stage, seen, name) for name in stage.outputs if name in wrong - explained)
+        left = [name for name in stage.outputs if name in wrong - explained]
+        observed = (_observation(name, observe(stage, seen, name)) for name in left)
         return (*found, *filter(None, observed))
 
 
 def _known(
-    stage: Stage, seen: list[_Seen], wrong: set[str], misconceptions: tuple[Misconception, ...]
+    stage: Stage, seen: list[Seen], wrong: set[str], misconceptions: tuple[Misconception, ...]
 ) -> list[Diagnosis]:
     """Choose the fewest wrong versions that account for the outputs that are wrong.
 
@@ -122,7 +116,7 @@ def _known(
     return sorted(found, key=lambda entry: order.index(entry.outputs[0]))
 
 
-def _matches(item: Misconception, one: _Seen, version: _Numbers, name: str) -> bool:
+def _matches(item: Misconception, one: Seen, version: Numbers, name: str) -> bool:
     """Whether an output is the wrong version's, up to the error that is allowed anyway."""
     if name == ARGUMENTS:
         return one.got.changed == version.changed
@@ -131,11 +125,11 @@ def _matches(item: Misconception, one: _Seen, version: _Numbers, name: str) -> b
     return not item.determined(*one.args) or _equal(one, version, name)
 
 
-def _deviates(one: _Seen, version: _Numbers, name: str) -> bool:
+def _deviates(one: Seen, version: Numbers, name: str) -> bool:
     return any(version.changed) if name == ARGUMENTS else _off(one, version, name)
 
 
-def _off(one: _Seen, numbers: _Numbers, name: str) -> bool:
+def _off(one: Seen, numbers: Numbers, name: str) -> bool:
     """Whether an output is not the right one."""
     value, right = numbers.values[name], one.right[name]
     if value is None or value.shape != right.shape:
@@ -143,7 +137,7 @@ def _off(one: _Seen, numbers: _Numbers, name: str) -> bool:
     return not bool((np.abs(value - right) <= one.tolerance[name]).all())
 
 
-def _equal(one: _Seen, version: _Numbers, name: str) -> bool:
+def _equal(one: Seen, version: Numbers, name: str) -> bool:
     got, wanted = one.got.values[name], version.values[name]
     if got is None or wanted is None or got.shape != wanted.shape:
         return False
@@ -155,7 +149,7 @@ def _equal(one: _Seen, version: _Numbers, name: str) -> bool:
     return bool((np.abs(got - wanted) <= 4 * one.loosest[name] * (1 + scale)).all())
 
 
-def _beside(stage: Stage, call: Call) -> _Seen:
+def _beside(stage: Stage, call: Call) -> Seen:
     right = {
         name: np.asarray(value, dtype=float) for name, value in _named(stage, stage.right(copied(call.args)))
     }
@@ -163,11 +157,11 @@ def _beside(stage: Stage, call: Call) -> _Seen:
     tolerance = {name: np.broadcast_to(value, right[name].shape) for name, value in allowed.items()}
     loosest = {name: float(np.max(value, initial=0.0)) for name, value in allowed.items()}
     if call.error:  # a division by zero in plain Python is what NaN is in numpy
-        got = _Numbers({name: np.full_like(value, np.nan) for name, value in right.items()}, _changed(call))
+        got = Numbers({name: np.full_like(value, np.nan) for name, value in right.items()}, _changed(call))
     else:
         values = {name: _array(_picked(stage, call, name)) for name in stage.outputs}
-        got = _Numbers(_aligned(stage, right, values), _changed(call))
-    return _Seen(call.args, right, tolerance, loosest, got)
+        got = Numbers(_aligned(stage, right, values), _changed(call))
+    return Seen(call.args, right, tolerance, loosest, got)
 
 
 def _picked(stage: Stage, call: Call, name: str) -> Any:
@@ -177,13 +171,13 @@ def _picked(stage: Stage, call: Call, name: str) -> Any:
         return None
 
 
-def _run(stage: Stage, item: Misconception, one: _Seen) -> _Numbers:
+def _run(stage: Stage, item: Misconception, one: Seen) -> Numbers:
     given = copied(one.args)
     returned = item.function(*given)
     outputs = stage.each(stage.summary(one.args, returned) if stage.summary else returned)
     values = {name: np.array(value, dtype=float) for name, value in _named(stage, outputs)}
     changed = tuple(not _same(now, was) for now, was in zip(given, one.args, strict=True))
-    return _Numbers(_aligned(stage, one.right, values), changed)
+    return Numbers(_aligned(stage, one.right, values), changed)
 
 
 def _aligned(
@@ -220,107 +214,9 @@ def _array(value: Any) -> np.ndarray | None:
     return array.astype(float) if array is not None and array.dtype.kind in "fiu" else None
 
 
-def _observe(stage: Stage, seen: list[_Seen], name: str) -> Diagnosis | None:  # noqa: PLR0911 (a list of cases)
-    """Describe how an output differs that no known mistake explains."""
-    pairs = [(one, one.got.values[name]) for one in seen if one.right[name].size]
-    if not pairs or not all(_readable(one, value, name) for one, value in pairs):
-        return None  # the message of the check says all there is to say
-    got = np.array([value for _, value in pairs]) if len({v.shape for _, v in pairs}) == 1 else None
-    if got is None:
-        return _sizes_differ(pairs, name)
-    seen = [one for one, _ in pairs]
-    right = np.array([one.right[name] for one, _ in pairs])
-    tolerance = np.array([one.tolerance[name] for one, _ in pairs])
-    bad = (np.abs(got - right) > tolerance).any(axis=0)
-    if not bad.any():
-        return None  # wrong only in calls that return nothing, of which there is nothing to compare
-    where = entries(stage, name, bad)
-    loose = 4 * tolerance.max(axis=tuple(range(1, tolerance.ndim)), keepdims=True)
-    if (
-        right.ndim == 3
-        and right.shape[1] == right.shape[2]
-        and (np.abs(got - right.swapaxes(1, 2)) <= loose).all()
-    ):
-        return _observation(name, f"{name} is the transpose of the right matrix.")
-    wrong_got, wrong_right, durations = got[:, bad], right[:, bad], _durations(stage, seen)
-    if text := _factor(wrong_got, wrong_right, durations):
-        return _observation(name, f"{where} of {name}: {text}.")
-    scale = np.abs(right).max()
-    if np.abs(got - right).max() <= _CLOSE * scale:
-        return _observation(name, f"{where} of {name}: {_NEARLY}")
-    if bad.all():
+def _observation(name: str, text: str) -> Diagnosis | None:
+    """Put a sentence into the form of a diagnosis."""
+    if not text:
         return None
-    verb = "is" if bad.sum() == 1 else "are"
-    return _observation(
-        name, f"In {name}, only {where} of {bad.size} {verb} off; the others are always right."
-    )
-
-
-def _readable(one: _Seen, value: np.ndarray | None, name: str) -> bool:
-    """Whether an output can be compared entry by entry with the right one."""
-    return value is not None and value.shape == one.right[name].shape and bool(np.isfinite(value).all())
-
-
-def _sizes_differ(pairs: list[tuple[_Seen, np.ndarray]], name: str) -> Diagnosis | None:
-    """Describe an output that comes in several sizes."""
-    covariance = all(_symmetric(one.right[name]) for one, _ in pairs)
-    if covariance and any(
-        np.abs(value - value.T).max() > 4 * one.tolerance[name].max() for one, value in pairs
-    ):
-        return _observation(name, f"{name} is not symmetric, and a covariance is.")
-    ratios = [value / one.right[name] for one, value in pairs]
-    text = _factor_text(
-        [float(np.median(ratio)) for ratio in ratios], [float(np.ptp(ratio)) for ratio in ratios]
-    )
-    return _observation(name, f"All entries of {name}: {text}.") if text else None
-
-
-def _symmetric(array: np.ndarray) -> bool:
-    """Whether a right output is a symmetric matrix, to rounding."""
-    square = array.ndim == 2 and array.shape[0] == array.shape[1]
-    return square and bool(np.abs(array - array.T).max() <= 1e-12 * np.abs(array).max())
-
-
-def _durations(stage: Stage, seen: list[_Seen]) -> np.ndarray | None:
-    """Return dt of every call: the last argument if that is its name, or the symbol of that name."""
-    *_, name = inspect.signature(stage.reference).parameters
-    if name not in {"dt", "values"}:
-        return None
-    last = [one.args[-1] for one in seen]
-    found = [value.get("dt") if isinstance(value, dict) else value for value in last]
-    return np.array(found) if all(isinstance(value, float) for value in found) else None
-
-
-def _factor(got: np.ndarray, right: np.ndarray, durations: np.ndarray | None) -> str:
-    """Find one factor between what was returned and what is right: a sign, a number, a power of dt."""
-    usable = np.abs(right) > _TINY * np.abs(right).max()
-    if not usable.any() or not (np.abs(got[~usable]) <= _CLOSE * np.abs(right).max()).all():
-        return ""
-    ratios = np.divide(got, right, out=np.full_like(got, np.nan), where=usable)
-    for power in (0, 1, -1, 2, -2) if durations is not None else (0,):
-        scaled = ratios if power == 0 else ratios / (durations**power)[:, None]
-        values = scaled[usable]
-        median, spread = float(np.median(values)), float(np.ptp(values))
-        if power == 0 and (text := _factor_text([median], [spread])):
-            return text
-        if power and max(abs(median - 1), spread) < _SAME_FACTOR:
-            return f"a factor dt{'' if power == 1 else f' to the power {power}'} too much"
-    return ""
-
-
-def _factor_text(medians: list[float], spreads: list[float]) -> str:
-    """Name a factor that is the same everywhere."""
-    factor = medians[0]
-    if any(abs(value - factor) > _SAME_FACTOR * abs(factor) for value in medians):
-        return ""
-    if any(spread > _SAME_FACTOR * abs(factor) for spread in spreads) or abs(factor - 1) < _SAME_FACTOR:
-        return ""
-    if abs(factor + 1) < _SAME_FACTOR:
-        return "the sign is wrong"
-    if abs(factor) < _SAME_FACTOR:
-        return "always 0"
-    return f"off by the same factor everywhere, about {factor:.2g}"
-
-
-def _observation(name: str, text: str) -> Diagnosis:
-    return Diagnosis("What can be seen", text[0].upper() + text[1:], "", (name,), known=False)
+    end = "" if text.endswith((".", "?")) else "."
+    return Diagnosis("What can be seen", f"{text[0].upper()}{text[1:]}{end}", "", (name,), known=False)

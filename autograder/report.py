@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from autograder.check import Outcome, Result
     from autograder.diagnose import Diagnosis
 
-_SOURCES = ("check.py", "compare.py", "diagnose.py", "symbolic.py", "checks", "misconceptions")
+_SOURCES = ("check.py", "compare.py", "diagnose.py", "observe.py", "symbolic.py", "checks", "misconceptions")
 
 
 @functools.cache
