@@ -9,7 +9,17 @@ function prints while it is checked is not shown.
 from collections.abc import Callable
 from typing import Any
 
-from roboloc.checks import association, ballistic, fit, gaussian, lines, motion, slam
+from roboloc.checks import (
+    association,
+    ballistic,
+    fit,
+    gaussian,
+    landmark_update,
+    landmarks,
+    lines,
+    motion,
+    slam,
+)
 from roboloc.checks.report import Check, Item, Report, run, show
 
 __all__ = ["STAGES", "Item", "Report", "check"]
@@ -30,6 +40,11 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "slam.compute_predicted_measurements": slam.PREDICTED,
     "ballistic.predict": ballistic.PREDICT,
     "ballistic.correct": ballistic.CORRECT,
+    "landmarks.init_landmarks": landmarks.INIT,
+    "landmarks.predict": landmarks.PREDICT,
+    "landmarks.measurement": landmarks.MEASUREMENT,
+    "landmarks.update": landmark_update.UPDATE,
+    "landmarks.evaluate": landmark_update.EVALUATE,
 }
 """The checks of each stage, in the order in which they are made.
 
