@@ -140,15 +140,15 @@ def _negative(rng: Generator, n: int = 3) -> Case:
     return _normalize_case(rng.uniform(-2.9, -0.2), -rng.uniform(NEAREST, 3), _jacobian(rng, n))
 
 
-def _positive(rng: Generator, side: int, n: int = 3) -> Case:
+def _positive(rng: Generator, side: int, n: int = 3, farthest: float = 3.0) -> Case:
     """Make a line with r > 0 to the left, for side 1, or to the right, for side -1."""
-    return _normalize_case(side * rng.uniform(0.2, 2.9), rng.uniform(NEAREST, 3), _jacobian(rng, n))
+    return _normalize_case(side * rng.uniform(0.2, 2.9), rng.uniform(NEAREST, farthest), _jacobian(rng, n))
 
 
 @remembered
 def positive(rng: Generator) -> list[Case]:
     """Make lines that are normalised already."""
-    return [_positive(rng, side) for side in (1, -1, 1, -1, -1)]
+    return [_positive(rng, side, farthest=r) for side, r in ((1, 3), (-1, 0.9), (1, 0.9), (-1, 3), (-1, 3))]
 
 
 @remembered

@@ -93,10 +93,12 @@ def _motions(rng: Generator, omegas: np.ndarray, turns: int = 0) -> list[Case]:
 
 @remembered
 def turning(rng: Generator) -> list[Case]:
-    """Make arcs to both sides, forwards and backwards, short and long, apart from near-zero omega; one turns far."""
+    """Make arcs to both sides, forwards and backwards, short and long, apart from near-zero omega; two turn far."""
     arcs = _motions(rng, rng.uniform(0.2, 1.5, 6) * np.array([1, 1, 1, -1, -1, -1]))
-    omega, dt = rng.uniform(1.1, 1.5), rng.uniform(1.4, 1.8)
-    return [*arcs, _dynamics_case([1.0, -2.0, heading(rng, omega * dt)], [rng.uniform(0.4, 1.5), omega], dt)]
+    for turn in (rng.uniform(1.6, 2.6), -rng.uniform(0.8, 0.95)):
+        dt = rng.uniform(1.4, 1.8)
+        arcs.append(_dynamics_case([1.0, -2.0, heading(rng, turn)], [rng.uniform(0.4, 1.5), turn / dt], dt))
+    return arcs
 
 
 @remembered

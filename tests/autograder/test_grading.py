@@ -94,14 +94,14 @@ def test_the_first_limit_ends_the_stage(kind, published):
 
     calls = []
 
-    def slow_after_seven(*args):
+    def slow_after_eight(*args):
         calls.append(args)
-        if len(calls) > 7:
+        if len(calls) > 8:
             raise getattr(remote, kind)("stopped")
         return compute_dynamics(*args)
 
-    assert grade("motion.compute_dynamics", slow_after_seven, 20) == 3
-    assert len(calls) == 8
+    assert grade("motion.compute_dynamics", slow_after_eight, 20) == 3
+    assert len(calls) == 9
     text = published[0]["text/plain"]
     assert text.count("\n  not run ") == 10
     assert text.count("not run, because an earlier call") == 1
