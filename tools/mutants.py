@@ -3,7 +3,7 @@
 The changes are mutmut's operators for numbers, signs, comparisons and branches, and a few of the same form for what a
 filter is written with: one side of an operation dropped, the other order of a product of matrices, a transpose, a wrap,
 a root or a size left out, sine for cosine, greatest for least. Left alone is what is no arithmetic: text, annotations,
-default values, and validation, which are calls of what checks an argument, `raise`, and an `if` that leads to nothing
+default values, and validation, which are functions that check an argument, `raise`, and an `if` that leads to nothing
 else.
 
 The code behind a stage is its reference, wherever it stands, and every function, method and number that it uses in
@@ -126,7 +126,8 @@ def places(stage: Stage, stages: Iterable[Stage]) -> list[Place]:
     while waiting:
         function = waiting.pop()
         code = function.__code__
-        if code in found or function in others or not function.__module__.startswith(PACKAGES):
+        known = code in found or function in others or _VALIDATION.fullmatch(function.__name__)
+        if known or not function.__module__.startswith(PACKAGES):
             continue
         name = f"{function.__module__.rpartition('.')[2]}.{function.__qualname__}"
         found[code] = Place(name, function.__module__, code.co_firstlineno, max(_lines(code)))
