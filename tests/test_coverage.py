@@ -45,7 +45,7 @@ NOT_YET = {
     "Flinders University, Instrumentation, tutorial 6": {
         *PARTS["Flinders University, Instrumentation, tutorial 6"]
     },
-    "Michigan ROB530, homework 5": {*PARTS["Michigan ROB530, homework 5"]},
+    "Michigan ROB530, homework 5": {"1 (C)", "1 (D)", "2", "bonus"},
 }
 
 

@@ -16,6 +16,8 @@ from small_repository import git, notebook
 
 from autograder.checks import STAGES
 from autograder.roles import visible_part
+from roboloc_reference.motion import compute_dynamics
+from roboloc_reference.velocity import sightings
 
 ROOT = Path(__file__).resolve().parents[1]
 
@@ -100,10 +102,16 @@ class Rename(ast.NodeTransformer):
         return ast.arg(self.names.get(node.arg, node.arg), node.annotation)
 
 
+# Stages that hand their arguments on to the function which holds the answer.
+HANDED_ON = {"velocity.motion": compute_dynamics, "velocity.range_bearing": sightings}
+
+
 @pytest.mark.parametrize("name", sorted(STAGES))
 def test_every_graded_stage_would_be_found(name, answers):
     """The body of each graded stage is found in a kit, as it is and with every variable renamed."""
-    reference = STAGES[name].reference  # written where its stage's name says, or in a module beside
+    reference = HANDED_ON.get(
+        name, STAGES[name].reference
+    )  # written where its stage's name says, or in a module beside
     tree = ast.parse(Path(import_module(reference.__module__).__file__).read_text(encoding="utf-8"))
     (found,) = [n for n in tree.body if isinstance(n, ast.FunctionDef) and n.name == reference.__name__]
     as_is, renamed = ast.unparse(found), ast.unparse(Rename(found).visit(found))

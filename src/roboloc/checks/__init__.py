@@ -19,6 +19,8 @@ from roboloc.checks import (
     lines,
     motion,
     slam,
+    unscented,
+    velocity,
 )
 from roboloc.checks.report import Check, Item, Report, run, show
 
@@ -45,6 +47,13 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "landmarks.measurement": landmarks.MEASUREMENT,
     "landmarks.update": landmark_update.UPDATE,
     "landmarks.evaluate": landmark_update.EVALUATE,
+    "velocity.motion": velocity.MOTION,
+    "velocity.jacobians": velocity.JACOBIANS,
+    "velocity.noise": velocity.NOISE,
+    "velocity.range_bearing": velocity.RANGE_BEARING,
+    "ukf.sigma_points": unscented.SIGMA_POINTS,
+    "ukf.predict": unscented.PREDICT,
+    "ukf.correct": unscented.CORRECT,
 }
 """The checks of each stage, in the order in which they are made.
 
