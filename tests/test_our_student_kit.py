@@ -196,24 +196,40 @@ def test_everything_it_needs_is_there_ready_made(kit, platform, resolution):
     assert "numpy==" in done.stdout
 
 
-ROUND = """
-import json, sys
+# Everything is imported once, and each notebook runs in a fork of that.
+ROUNDS = """
+import json, os, sys
 from pathlib import Path
 import matplotlib
 matplotlib.use("agg")
+import matplotlib.pyplot, numpy, scipy.linalg, scipy.stats, sympy
 from IPython.core.interactiveshell import InteractiveShell
 
 InteractiveShell.enable_gui = lambda self, gui=None: None
-shell = InteractiveShell.instance()
-errors = []
-for source in json.loads(Path("cells.json").read_text(encoding="utf-8")):
-    result = shell.run_cell(source)
-    error = result.error_before_exec or result.error_in_exec
-    if error is not None:
-        errors.append(type(error).__name__)
-versions = {n: sys.modules[n].__version__ for n in ("numpy", "scipy", "sympy", "matplotlib") if n in sys.modules}
-stray = [n for n in sys.modules if n.startswith(("autograder", "roboloc_reference", "nbgrader"))]
-Path("report.json").write_text(json.dumps({"errors": errors, "versions": versions, "stray": stray}))
+
+def run(sources):
+    shell = InteractiveShell.instance()
+    errors = []
+    for source in sources:
+        result = shell.run_cell(source)
+        error = result.error_before_exec or result.error_in_exec
+        if error is not None:
+            errors.append(type(error).__name__)
+    versions = {n: sys.modules[n].__version__ for n in ("numpy", "scipy", "sympy", "matplotlib")}
+    stray = [n for n in sys.modules if n.startswith(("autograder", "roboloc_reference", "nbgrader"))]
+    return {"errors": errors, "versions": versions, "stray": stray}
+
+for name, sources in json.loads(Path("notebooks.json").read_text(encoding="utf-8")).items():
+    folder = Path(name)
+    folder.mkdir()
+    if os.fork() == 0:
+        os.chdir(folder)
+        for number in (1, 2):
+            os.dup2(os.open("printed", os.O_WRONLY | os.O_CREAT | os.O_APPEND), number)
+        Path("report.json").write_text(json.dumps(run(sources)))
+        sys.stdout.flush()
+        os._exit(0)
+    os.wait()
 """
 
 
@@ -230,56 +246,56 @@ def oldest(kit, tmp_path_factory):
     return python
 
 
-def run_cells(python, sources, folder):
-    """Run cells one after the other in IPython with another environment's Python; return report and output."""
-    (folder / "round.py").write_text(ROUND, encoding="utf-8")
-    (folder / "cells.json").write_text(json.dumps(sources), encoding="utf-8")
-    variables = {
-        "HOME": str(folder),
-        "IPYTHONDIR": str(folder),
-        "MPLCONFIGDIR": str(folder),
-        "PATH": os.defpath,
-    }
-    done = subprocess.run(
-        [str(python), "-I", "round.py"],
-        cwd=folder,
-        env=variables,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+@pytest.fixture(scope="module")
+def rounds(oldest, tmp_path_factory):
+    """Run every notebook, solved and as released, with the oldest versions; return its report and what it printed."""
+    found = {}
+    for path in (ROOT / "solutions").glob("*/*.md"):
+        made = release_notebooks.splice(release_notebooks.read(path), ROOT)
+        cells = [visible_part(cell.source) for cell in made.cells if cell.cell_type == "code"]
+        found[f"{path.stem}-solved"] = cells
+    for path in (ROOT / "notebooks").glob("*/*.ipynb"):
+        cells = kit_answers.cells_of(path.name, path.read_bytes())
+        found[f"{path.stem}-released"] = [source for kind, source in cells if kind == "code"]
+    folder = tmp_path_factory.mktemp("rounds")
+    (folder / "rounds.py").write_text(ROUNDS, encoding="utf-8")
+    (folder / "notebooks.json").write_text(json.dumps(found), encoding="utf-8")
+    places = dict.fromkeys(("HOME", "IPYTHONDIR", "MPLCONFIGDIR"), str(folder)) | {"PATH": os.defpath}
+    command = [str(oldest), "-I", "rounds.py"]
+    done = subprocess.run(command, cwd=folder, env=places, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr
-    return json.loads((folder / "report.json").read_text(encoding="utf-8")), done.stdout
+    return {
+        name: (
+            json.loads((folder / name / "report.json").read_text(encoding="utf-8")),
+            (folder / name / "printed").read_text(encoding="utf-8"),
+        )
+        for name in found
+    }
 
 
-def test_oldest_versions_are_those_we_name(oldest, tmp_path):
+def test_oldest_versions_are_those_we_name(rounds):
     """The environment of the oldest versions has exactly the lower ends of our ranges."""
-    report, _ = run_cells(oldest, ["import numpy, scipy, sympy, matplotlib"], tmp_path)
     project = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["project"]
     lowest = dict(requirement.split(">=") for requirement in project["dependencies"])
-    assert {
-        name: version.startswith(lowest[name]) for name, version in report["versions"].items()
-    } == dict.fromkeys(("numpy", "scipy", "sympy", "matplotlib"), True)
+    for report, _ in rounds.values():
+        assert {
+            name: version.startswith(lowest[name]) for name, version in report["versions"].items()
+        } == dict.fromkeys(("numpy", "scipy", "sympy", "matplotlib"), True)
 
 
-@pytest.mark.parametrize("source", sorted((ROOT / "solutions").glob("*/*.md")), ids=lambda path: path.stem)
-def test_solved_notebook_runs_with_the_oldest_versions(oldest, tmp_path, source):
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "solutions").glob("*/*.md")))
+def test_solved_notebook_runs_with_the_oldest_versions(rounds, name):
     """With the student wheel alone the solved notebook runs without an error, and every public check of it passes."""
-    made = release_notebooks.splice(release_notebooks.read(source), ROOT)
-    cells = [visible_part(cell.source) for cell in made.cells if cell.cell_type == "code"]
-    report, printed = run_cells(oldest, cells, tmp_path)
+    report, printed = rounds[f"{name}-solved"]
     assert report["errors"] == []
     assert report["stray"] == []
     assert "[right]" in printed
     assert "[not yet]" not in printed
 
 
-@pytest.mark.parametrize("path", sorted((ROOT / "notebooks").glob("*/*.ipynb")), ids=lambda path: path.stem)
-def test_released_notebook_runs_with_the_oldest_versions(oldest, tmp_path, path):
+@pytest.mark.parametrize("name", sorted(path.stem for path in (ROOT / "notebooks").glob("*/*.ipynb")))
+def test_released_notebook_runs_with_the_oldest_versions(rounds, name):
     """A blank notebook fails where the student's work is missing, and nowhere else."""
-    sources = [
-        source for kind, source in kit_answers.cells_of(path.name, path.read_bytes()) if kind == "code"
-    ]
-    report, _ = run_cells(oldest, sources, tmp_path)
+    report, _ = rounds[f"{name}-released"]
     assert report["errors"]
     assert set(report["errors"]) <= {"NotImplementedError", "MissingStageError", "NameError"}
