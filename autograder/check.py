@@ -68,6 +68,9 @@ class Stage:
     Of samples it is not the numbers that are right or wrong: `summary(args, returned)` makes the outputs (means,
     covariances) of what a call returned, and raises `AssertionError` where that is not what it should be;
     `truth(*args)` gives the right ones, exactly.
+
+    Of a stage on particles `many(M)` makes the arguments for M of them: public ones, for counting loops; see
+    :mod:`autograder.vectorised`.
     """
 
     name: str
@@ -81,6 +84,7 @@ class Stage:
     aligned: Callable[[dict[str, Any], dict[str, Any]], dict[str, Any]] | None = None
     summary: Callable[[tuple, Any], Any] | None = None
     truth: Callable[..., Any] | None = None
+    many: Callable[[int], tuple] | None = None
 
     @property
     def function_name(self) -> str:

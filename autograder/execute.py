@@ -160,6 +160,9 @@ class Execution:
     def run_test(self, index: int, cell: Cell) -> None:
         """Run one test cell here, its calls of the submission's functions in a fork of its state."""
         self.mirror.enter(index)
+        self.mirror.cells = [
+            (c.node.source, c.role == "given") for c in self.cells[:index] if c.role != "test"
+        ]
         before = dict(self.namespace)
         try:
             students = self.prepare(index, cell.names.loads | cell.names.deletes)

@@ -2,7 +2,8 @@
 
 nbgrader asks for the row of each cell by a join of seven tables, writes it and commits, which takes longer than most
 notebooks take to run. Here the rows of a notebook are read together and committed together; a grader that is killed in
-between leaves none of them changed.
+between leaves none of them changed. Extra credit that a test cell gives is written too, where nbgrader keeps what a
+person gives; see `vectorised`.
 """
 
 from __future__ import annotations
@@ -11,9 +12,34 @@ from typing import TYPE_CHECKING, Any
 
 from nbgrader.api import BaseCell, Comment, Grade, Gradebook, MissingEntry
 from nbgrader.preprocessors import NbGraderPreprocessor, SaveAutoGrades
+from nbgrader.utils import is_grade
+
+from .roles import EXTRA
 
 if TYPE_CHECKING:
     from nbformat import NotebookNode
+
+
+def extra_credit(cell: NotebookNode) -> float | None:
+    """Return the extra credit that a test cell of 0 points gives.
+
+    Parameters
+    ----------
+    cell : NotebookNode
+        Executed.
+
+    Returns
+    -------
+    float or None
+        None where it is no cell that gives any: what a person gave there is left alone.
+    """
+    if cell.cell_type != "code" or float(cell.metadata.nbgrader.get("points") or 0):
+        return None
+    for output in cell.outputs:
+        if output.output_type == "display_data" and EXTRA in output.data:
+            said = output.data[EXTRA]
+            return min(max(float(said["earned"]), 0.0), float(said["of"]))
+    return 0.0 if "grade_vectorised(" in cell.source else None
 
 
 class Rows:
@@ -70,5 +96,10 @@ class SaveGrades(SaveAutoGrades):
         with Gradebook(info["db_url"]) as gradebook:
             self.gradebook = Rows(gradebook, *place)
             nb, resources = NbGraderPreprocessor.preprocess(self, nb, resources)
+            for cell in filter(is_grade, nb.cells):
+                grade = self.gradebook.find_grade(cell.metadata.nbgrader["grade_id"], *place)
+                extra = extra_credit(cell)
+                if extra is not None and grade.manual_score is None:
+                    grade.extra_credit = extra
             gradebook.db.commit()
         return nb, resources

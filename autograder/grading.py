@@ -24,7 +24,7 @@ from autograder.symbolic import evaluated
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
 
-    from autograder.check import Stage
+    from autograder.check import Outcome, Stage
 
 _DIGITS = 4
 _ROUNDING = 1e-6
@@ -141,14 +141,28 @@ def grade_expression(name: str, target: Any, points: float) -> Score:
 def _grade(stage: Stage, function: Callable[..., Any], points: float) -> Score:
     if not (isinstance(points, (int, float)) and math.isfinite(points) and points > 0):
         raise ValueError(f"points: expected a positive number, got {points!r}")
-    settings = _settings.get()
-    outcome = run_stage(stage, function, settings.get("secret") or course_secret())
+    outcome = outcome_of(stage, function)
     score = Score(points * outcome.share)
     diagnoses = diagnose(outcome, of_stage(stage.name))
-    score.report = Report(outcome, diagnoses, float(points), float(score), settings.get("run_id", ""))
-    publish = settings.get("publish")
-    if publish:
-        publish(score.report.bundle())
-    else:
-        display(score.report.bundle(), raw=True)
+    score.report = Report(outcome, diagnoses, float(points), float(score), run_id())
+    show(score.report.bundle())
     return score
+
+
+def outcome_of(stage: Stage, function: Callable[..., Any]) -> Outcome:
+    """Run a stage's hidden checks with this run's secret."""
+    return run_stage(stage, function, _settings.get().get("secret") or course_secret())
+
+
+def run_id() -> str:
+    """Return what the reports of this run are filed under."""
+    return _settings.get().get("run_id", "")
+
+
+def show(bundle: dict[str, Any]) -> None:
+    """Show a report, as display data or as this run has it."""
+    publish = _settings.get().get("publish")
+    if publish:
+        publish(bundle)
+    else:
+        display(bundle, raw=True)

@@ -56,6 +56,7 @@ class Mirror:
         self.session = session
         self.namespace = namespace
         self.shared = shared
+        self.cells: list[tuple[str, bool]] = []  # source of those before the test, and whether it is ours
         self.enter(0)
 
     def enter(self, number: int) -> None:
@@ -166,6 +167,15 @@ class Mirror:
         """Evaluate a symbolic expression of the submission's."""
         point = {name: float(value) for name, value in values.items()}
         return self._request(lambda: ["evaluate", self._number(remote), point])
+
+    def line_events(self, remote: Remote, args: tuple, most: int) -> Any:
+        """Call an object of the submission's and count the lines that run; see `remote.line_events`."""
+        sent = self._encode(list(args), "an argument")
+        return self._request(lambda: ["lines", self._number(remote), sent, most, self.collect()])
+
+    def sources(self) -> list[tuple[str, bool]]:
+        """Return the cells before the test cell, as they were handed in."""
+        return list(self.cells)
 
     def refuse(self, reason: str) -> NoReturn:
         """Record that a person must look at this cell, and stop it."""

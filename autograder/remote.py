@@ -10,10 +10,11 @@ looks at the cell: never a silent pass, never a silent 0.
 from __future__ import annotations
 
 import builtins
+import inspect
 from typing import Any, NoReturn, Protocol
 
 from . import wire
-from .worker import symbolic
+from .worker import lines, symbolic
 
 
 class GraderError(BaseException):
@@ -67,6 +68,12 @@ class Border(Protocol):
 
     def evaluate(self, remote: Remote, values: dict[str, float]) -> Any:
         """Evaluate a symbolic expression."""
+
+    def line_events(self, remote: Remote, args: tuple, most: int) -> Any:
+        """Call the object and count the lines of Python that run."""
+
+    def sources(self) -> list[tuple[str, bool]]:
+        """Return the cells before the test, each with whether it is the instructor's."""
 
     def refuse(self, reason: str) -> NoReturn:
         """Record that the cell cannot be judged and raise GraderError."""
@@ -191,6 +198,69 @@ def evaluate(target: Any, values: dict[str, float]) -> Any:
     if is_remote(target):
         return parts(target)[0].evaluate(target, values)
     return symbolic.evaluate(target, values)
+
+
+def line_events(target: Any, args: tuple, most: int) -> tuple[int | None, Any]:
+    """Call a function and count the lines of Python that run in the call.
+
+    Parameters
+    ----------
+    target : Remote or callable
+        The student's function: in the grader it stays in the sandbox, and the lines are counted there.
+    args : tuple
+        Its arguments.
+    most : int
+        Where counting ends, and the call with it.
+
+    Returns
+    -------
+    events : int or None
+        How many, at most `most`; None where the counting was disturbed. The number comes from the process that runs
+        the submission, so it can be wrong: see :mod:`autograder.worker.lines`.
+    value : object
+        What the call returned; None where it was ended.
+
+    Raises
+    ------
+    Exception
+        What the call raised; `StudentError` where the answer is none.
+
+    Examples
+    --------
+    >>> line_events(lambda x: x + 1, (2.0,), 100)
+    (1, 3.0)
+    """
+    if not is_remote(target):
+        return lines.count(target, list(args), most)
+    answer = parts(target)[0].line_events(target, args, most)
+    if not (type(answer) is tuple and len(answer) == 2):
+        raise StudentError("the submission's process answered with something that is not a count")
+    events, value = answer
+    if events is not None and not (type(events) is int and 0 <= events <= most):
+        raise StudentError("the submission's process answered with something that is not a count")
+    return events, value
+
+
+def sources_of(target: Any) -> list[tuple[str, bool]]:
+    """Return the cells a function may be made of: their source, and whether it is the instructor's.
+
+    Parameters
+    ----------
+    target : Remote or callable
+        The student's function. One that is here was defined in a notebook that runs here, or in a file.
+
+    Returns
+    -------
+    list of tuple of (str, bool)
+        In the order in which they ran.
+    """
+    if is_remote(target):
+        return parts(target)[0].sources()
+    cells = getattr(target, "__globals__", {}).get("In")
+    if isinstance(cells, list):
+        return [(cell, False) for cell in cells]
+    module = inspect.getmodule(target)
+    return [(inspect.getsource(module), False)] if module else []
 
 
 def rebuild_exception(described: list) -> Exception:

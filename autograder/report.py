@@ -20,7 +20,10 @@ if TYPE_CHECKING:
     from autograder.check import Outcome, Result
     from autograder.diagnose import Diagnosis
 
-_SOURCES = ("check.py", "compare.py", "diagnose.py", "observe.py", "symbolic.py", "checks", "misconceptions")
+_SOURCES = (
+    "check.py", "compare.py", "diagnose.py", "observe.py", "symbolic.py", "checks", "misconceptions", "reading.py",
+    "lengths.py", "loops.py", "vectorised.py",
+)  # fmt: skip
 
 
 @functools.cache

@@ -9,6 +9,9 @@ if TYPE_CHECKING:
     from nbformat import NotebookNode
 
 REVIEW = "needs_review"
+EXTRA = (
+    "application/vnd.roboloc.extra+json"  # display data with which a test cell of 0 points gives extra credit
+)
 _HIDDEN = re.compile(
     r"^[ \t]*#+ BEGIN HIDDEN TESTS.*?^[ \t]*#+ END HIDDEN TESTS[^\n]*$", re.MULTILINE | re.DOTALL
 )

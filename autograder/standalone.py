@@ -59,9 +59,9 @@ class CellGrade:
     name : str
         Its grade id.
     score : float or None
-        Points earned; None where a person decides.
+        Points earned, extra credit included; None where a person decides.
     points : float
-        What it is worth.
+        What it is worth; extra credit does not count.
     report : str
         What the test says, as text.
     diagnoses : tuple of str
@@ -288,11 +288,18 @@ def _collect(api: NbGraderAPI, folder: Path, student: str, task: Task) -> Notebo
         found = gradebook.find_submission_notebook(task.notebook, task.assignment, student)
         grades = {grade.name: grade for grade in found.grades}
         scores = {
-            name: None if grade.needs_manual_grade or grade.auto_score is None else float(grade.auto_score)
+            name: None
+            if grade.needs_manual_grade or grade.auto_score is None
+            else float(grade.auto_score) + float(grade.extra_credit or 0)
             for name, grade in grades.items()
         }
         points = {name: float(grade.max_score) for name, grade in grades.items()}
-    cells = [cell for cell in shown.cells if (is_grade(cell) or is_task(cell)) and points.get(_name(cell))]
+        extra = {name for name, grade in grades.items() if grade.extra_credit is not None}
+    cells = [
+        cell
+        for cell in shown.cells
+        if (is_grade(cell) or is_task(cell)) and (points.get(_name(cell)) or _name(cell) in extra)
+    ]
     return NotebookGrade(
         task.file,
         task.assignment,

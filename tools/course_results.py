@@ -122,4 +122,4 @@ def compare(assignment: Assignment, found: dict[str, dict[str, Result]]) -> list
 def _score(grade: object) -> str:
     if grade.auto_score is None and not grade.needs_manual_grade:
         return MISSING
-    return MANUAL if grade.needs_manual_grade else f"{grade.auto_score:g}"
+    return MANUAL if grade.needs_manual_grade else f"{grade.auto_score + (grade.extra_credit or 0):g}"

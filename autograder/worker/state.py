@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from .. import wire
-from . import symbolic
+from . import lines, symbolic
 from .channel import Channel, Closed
 from .shell import recording, run_cell
 
@@ -114,7 +114,8 @@ class State:
         ----------
         request : list
             ``["cell", source]``, ``["describe", names]``, ``["call", ref, attribute, args, kwargs, changes]``,
-            ``["getattr", ref, attribute, changes]`` or ``["evaluate", ref, values]``.
+            ``["getattr", ref, attribute, changes]``, ``["evaluate", ref, values]`` or ``["lines", ref, args, most,
+            changes]``.
 
         Returns
         -------
@@ -210,6 +211,21 @@ class State:
             raise
         except BaseException as error:  # noqa: BLE001
             return [*self.raised(error), [], ""]
+
+    def do_lines(self, ref: int, args: list, most: int, changes: list) -> list:
+        """Call an object and count the lines of Python that run; see `lines`."""
+        self.apply(changes)
+        args = wire.decode(args, self.look_up, allow_named=True)
+        target = self.look_up(wire.Ref(ref))
+        with recording(self.shell) as recorder:
+            try:
+                result = ["value", wire.encode(lines.count(target, args, most, watched=True), self.refer)]
+            except wire.WireError:
+                raise
+            except BaseException as error:  # noqa: BLE001
+                result = self.raised(error)
+        recorder.finish()
+        return [*result, [], ""]
 
     def raised(self, error: BaseException) -> list:
         """Describe an exception: its class, the nearest builtin class, its text and the submission's line."""

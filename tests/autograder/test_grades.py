@@ -1,15 +1,18 @@
 """Grades of a notebook are saved as nbgrader saves them, in one piece."""
 
+import csv
 from datetime import UTC, datetime
 
 import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 from nbgrader.api import Course, Gradebook, MissingEntry
+from nbgrader.plugins import CsvExportPlugin
 from nbgrader.preprocessors import SaveAutoGrades
 from nbgrader.utils import compute_checksum
 
 from autograder.database import one_engine
 from autograder.grades import Rows, SaveGrades
+from autograder.roles import EXTRA
 
 # nbgrader warns of its own way to add a submission.
 pytestmark = pytest.mark.filterwarnings("ignore:Object of type <Submitted")
@@ -103,6 +106,51 @@ def test_rows_are_those_of_nbgrader(url):
     assert ("answer-given", None, None) in comments
     assert len(grades) == 6
     assert len(comments) == 5
+
+
+def with_extra(**said):
+    """Return the notebook with a test cell of 0 points that gives extra credit, or that fails."""
+    notebook = graded()
+    one = cell(new_code_cell, "auto-right", "grade_vectorised('stage', f, extra=2)")
+    one.metadata.nbgrader["points"] = 0
+    shown = new_output("display_data", {EXTRA: said}) if said else new_output("error", ename="NameError")
+    one.outputs = [shown, new_output("execute_result", {"text/plain": "0"}, execution_count=1)]
+    notebook.cells[0] = one
+    return notebook
+
+
+def test_extra_credit_reaches_the_table_of_grades(url, tmp_path):
+    """What a test cell of 0 points earned adds to the score, not to the maximum, and never exceeds what it is worth."""
+    table = tmp_path / "grades.csv"
+    cases = [
+        ({"earned": 2.0, "of": 2.0}, 2),
+        ({"earned": 9.0, "of": 2.0}, 2),
+        ({"earned": 0.0, "of": 2.0}, 0),
+        ({}, 0),
+    ]
+    for said, extra in cases:
+        save(SaveGrades, url, "ours", with_extra(**said))
+        with Gradebook(url) as gradebook:
+            grade = gradebook.find_grade("auto-right", "n", "a", "ours")
+            assert (grade.auto_score, grade.extra_credit, grade.needs_manual_grade) == (0, extra, False)
+            CsvExportPlugin(to=str(table)).export(gradebook)
+        lines = table.read_text(encoding="utf-8").splitlines()
+        (row,) = [row for row in csv.DictReader(lines) if row["student_id"] == "ours"]
+        assert float(row["score"]) == 2.5 + 1.0 + extra
+        assert float(row["max_score"]) == 7 * POINTS - 4
+
+
+def test_extra_credit_of_a_person_stays(url):
+    """Where a person has decided on the cell, or the cell is any other, what they gave is left alone."""
+    with Gradebook(url) as gradebook:
+        for name, manual in (("auto-right", 0.0), ("auto-partly", None)):
+            grade = gradebook.find_grade(name, "n", "a", "ours")
+            grade.manual_score, grade.extra_credit = manual, 1.5
+        gradebook.db.commit()
+    save(SaveGrades, url, "ours", with_extra(earned=2.0, of=2.0))
+    with Gradebook(url) as gradebook:
+        for name in ("auto-right", "auto-partly"):
+            assert gradebook.find_grade(name, "n", "a", "ours").extra_credit == 1.5
 
 
 def test_a_notebook_is_saved_whole_or_not_at_all(url):
