@@ -138,12 +138,15 @@ def moved_back(rng: Generator) -> list[Case]:
 
 
 def _sightings(
-    rng: Generator, kappas: tuple[float, ...], bearing: tuple[float, float], k: int = 2
+    rng: Generator, kappas: tuple[float, ...], bearing: tuple[float, float], k: int = 2, *, east: bool = False
 ) -> list[Case]:
-    """Make corrections by landmarks whose bearings have sizes between two, one case for each kappa."""
+    """Make corrections by landmarks whose bearings have sizes between two, one case for each kappa.
+
+    A robot that faces east has in the west what is behind it: directions in the world jump there, too.
+    """
     cases = []
     for kappa in kappas:
-        x = np.array([*rng.uniform(-2, 2, 2), heading(rng)])
+        x = np.array([*rng.uniform(-2, 2, 2), rng.uniform(-0.05, 0.05) if east else heading(rng)])
         cov = _spread(rng, 3, np.array([0.3, 0.3, 0.15]))
         bearings = rng.uniform(*bearing, k) * rng.choice([-1, 1], k)
         ranges = rng.uniform(1.6, 3.0, k)
@@ -179,7 +182,8 @@ def seen(rng: Generator) -> list[Case]:
 @remembered
 def seen_behind(rng: Generator) -> list[Case]:
     """Make corrections by landmarks straight behind: the points see them on both sides of the cut."""
-    return _sightings(rng, (2.0, 1.0, 0.5, 2.0, 1.0), (3.02, 3.12))
+    west = _sightings(rng, (2.0, 1.0), (3.02, 3.12), east=True)
+    return west + _sightings(rng, (2.0, 1.0, 0.5), (3.02, 3.12))
 
 
 @remembered
