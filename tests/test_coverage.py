@@ -80,7 +80,7 @@ def graded():
         for cell in jupytext.read(path).cells:
             metadata = cell.metadata.get("nbgrader", {})
             if metadata.get("grade"):
-                names = re.findall(r'\bgrade(?:_expression)?\(\s*"([\w.]+)"', cell.source)
+                names = re.findall(r'\bgrade(?:_expression|_vectorised)?\(\s*"([\w.]+)"', cell.source)
                 assert len(names) == (0 if metadata["solution"] else 1), metadata["grade_id"]
                 key = path.stem, metadata["grade_id"]
                 assert key not in found

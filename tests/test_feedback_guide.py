@@ -14,11 +14,12 @@ from autograder.grading import grade, grading_run
 ROOT = Path(__file__).resolve().parents[1]
 GUIDE = (ROOT / "book" / "student-guide.md").read_text(encoding="utf-8")
 DYNAMICS, TRANSITION = "motion.compute_dynamics", "gaussian.transition_update"
-LINES, WORDS, SEEN, NOTES = (
+LINES, WORDS, SEEN, NOTES, EXTRA = (
     "| a line begins with | and says |",
     "| the feedback says | it means |",
     "| what can be seen | look for |",
     "| the note says | it means |",
+    "| of extra credit it says | it means |",
 )
 
 
@@ -144,7 +145,7 @@ def test_what_the_guide_quotes_is_said(head, reports):
     assert [phrase for phrase in quoted(head) if not said(phrase, [*reports, *right])] == []
 
 
-@pytest.mark.parametrize("head", [WORDS, NOTES])
+@pytest.mark.parametrize("head", [WORDS, NOTES, EXTRA])
 def test_messages_are_the_graders(head, reports):
     """Each message that the guide explains is one of a real report, or a text of the grader's source."""
     texts = [*reports, *constants(), PYTHON]
@@ -162,5 +163,5 @@ def test_everything_that_can_be_seen_is_listed(reports):
 
 def test_there_is_no_second_meaning():
     """No message is explained twice."""
-    phrases = [phrase for head in (LINES, WORDS, SEEN, NOTES) for phrase in quoted(head)]
+    phrases = [phrase for head in (LINES, WORDS, SEEN, NOTES, EXTRA) for phrase in quoted(head)]
     assert len(set(phrases)) == len(phrases)
