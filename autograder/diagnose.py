@@ -190,7 +190,8 @@ def _aligned(
         name: value if value is not None and value.shape == right[name].shape else None
         for name, value in values.items()
     }
-    return stage.aligned(right, fitting)
+    aligned = stage.aligned(right, fitting)
+    return {name: value if fitting[name] is None else aligned[name] for name, value in values.items()}
 
 
 def _named(stage: Stage, values: Any) -> list[tuple[str, Any]]:
@@ -205,7 +206,9 @@ def _same(now: Any, was: Any) -> bool:
     """Whether an argument is what it was; a generator is there to be drawn from."""
     if isinstance(was, np.random.Generator):
         return True
-    return np.array_equal(now, was) if isinstance(was, np.ndarray) else now == was
+    if isinstance(was, np.ndarray):
+        return np.array_equal(now, was, equal_nan=was.dtype.kind in "fc")
+    return now == was
 
 
 def _array(value: Any) -> np.ndarray | None:

@@ -233,6 +233,8 @@ def _factor(got: np.ndarray, right: np.ndarray, durations: np.ndarray | None) ->
 def _factor_text(medians: list[float], spreads: list[float]) -> str:
     """Name a factor that is the same everywhere."""
     factor = medians[0]
+    if not np.isfinite([*medians, *spreads]).all():
+        return ""  # of numbers that should be 0 there is no factor
     if any(abs(value - factor) > _SAME_FACTOR * abs(factor) for value in medians):
         return ""
     if any(spread > _SAME_FACTOR * abs(factor) for spread in spreads) or abs(factor - 1) < _SAME_FACTOR:

@@ -41,7 +41,6 @@ PARTS = {
 NOT_YET = {
     "Stanford AA274A, problem set 4 (2021)": {"2 (ii)", *PARTICLES, "3, extra credit"},
     "Stanford AA274A, problem set 4 (2020), the derivations": {*PARTICLES},
-    "Stanford AA274A, problem set 3: line extraction": {"split", "merge", "extract"},
     "Flinders University, Instrumentation, tutorial 6": {
         *PARTS["Flinders University, Instrumentation, tutorial 6"]
     },

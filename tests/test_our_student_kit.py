@@ -15,6 +15,7 @@ import pytest
 from small_repository import git, notebook
 
 from autograder.checks import STAGES
+from autograder.misconceptions.scan_runs import cut_all, join_all
 from autograder.roles import visible_part
 from roboloc_reference.motion import compute_dynamics
 from roboloc_reference.velocity import sightings
@@ -103,7 +104,12 @@ class Rename(ast.NodeTransformer):
 
 
 # Stages that hand their arguments on to the function which holds the answer.
-HANDED_ON = {"velocity.motion": compute_dynamics, "velocity.range_bearing": sightings}
+HANDED_ON = {
+    "velocity.motion": compute_dynamics,
+    "velocity.range_bearing": sightings,
+    "extraction.split": cut_all,
+    "extraction.merge": join_all,
+}
 
 
 @pytest.mark.parametrize("name", sorted(STAGES))

@@ -60,7 +60,10 @@ def _same(now: Any, was: Any) -> bool:
     if isinstance(was, np.random.Generator):
         return True  # it is there to be drawn from
     if isinstance(was, np.ndarray):
-        return isinstance(now, np.ndarray) and now.dtype == was.dtype and np.array_equal(now, was)
+        nan = was.dtype.kind in "fc"
+        return (
+            isinstance(now, np.ndarray) and now.dtype == was.dtype and np.array_equal(now, was, equal_nan=nan)
+        )
     return type(now) is type(was) and now == was
 
 

@@ -17,7 +17,10 @@ NOT_FINITE = {
     "time to a level ground": lambda values: values["py"] <= 0,
 }
 # Stages of which a wrong version may return another number of rows, of the right width.
-OTHER_COUNT = {"association.compute_innovations"}
+OTHER_COUNT = {
+    "association.compute_innovations",
+    *(f"extraction.{name}" for name in ("split", "merge", "segments", "extract_lines")),
+}
 # The only ones whose fault is in the shape.
 OTHER_SHAPE = {"block diagonal of nothing"}
 

@@ -12,6 +12,7 @@ from typing import Any
 from roboloc.checks import (
     association,
     ballistic,
+    extraction,
     fit,
     gaussian,
     landmark_update,
@@ -38,6 +39,10 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "extraction.line_parameters": fit.PARAMETERS,
     "extraction.line_jacobians": fit.JACOBIANS,
     "extraction.fit_line": fit.FIT,
+    "extraction.split": extraction.SPLIT,
+    "extraction.merge": extraction.MERGE,
+    "extraction.segments": extraction.SEGMENTS,
+    "extraction.extract_lines": extraction.EXTRACT,
     "slam.transition_model": slam.TRANSITION,
     "slam.compute_predicted_measurements": slam.PREDICTED,
     "ballistic.predict": ballistic.PREDICT,

@@ -210,7 +210,8 @@ def _numbers(name: str, shape: tuple[int, ...], value: Any, call: Callable[[], s
 
 
 def _same(a: Any, b: Any) -> bool:
-    return np.array_equal(a, b) and np.shape(a) == np.shape(b)
+    nan = isinstance(a, np.ndarray) and a.dtype.kind in "fc" and isinstance(b, np.ndarray)
+    return np.array_equal(a, b, equal_nan=nan) and np.shape(a) == np.shape(b)
 
 
 def _line(error: BaseException) -> str:
