@@ -9,6 +9,7 @@ import nbformat
 import numpy as np
 import pytest
 
+import course
 import course_results
 import notebooks
 import sample_class
@@ -150,6 +151,20 @@ def test_samples_are_dealt_to_students():
         "odd": {"one": "odd"},
         "perfect": {"two": "perfect"},
     }
+
+
+@pytest.mark.parametrize("assignment", sorted({folder.parent.name for folder in FOLDERS}))
+def test_each_class_has_students_of_every_kind(assignment):
+    """Without every mistake a class still has the perfect, another right, a blank, a hostile one and three mistakes."""
+    sources = {folder.name: source(folder) for folder in FOLDERS if folder.parent.name == assignment}
+    names = {
+        sample.name
+        for handed_in in course.students(assignment, sources, every_mistake=False).values()
+        for sample in handed_in.values()
+    }
+    assert {"perfect", "blank", "imports-the-reference"} <= names
+    assert any(name.startswith("alternative-") for name in names)
+    assert sum(name.startswith("mistake-") for name in names) >= 3
 
 
 def test_cells_of_stages_are_read_off_the_test_cells():

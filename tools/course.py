@@ -107,11 +107,14 @@ def assignments(course: Path, *, every_mistake: bool = True) -> list[Assignment]
     found = []
     for folder in sorted(path for path in (course / "source").iterdir() if any(path.glob("*.ipynb"))):
         sources = {path.stem: nbformat.read(path, as_version=4) for path in sorted(folder.glob("*.ipynb"))}
-        found.append(Assignment(folder.name, sources, _students(folder.name, sources, every_mistake)))
+        found.append(
+            Assignment(folder.name, sources, students(folder.name, sources, every_mistake=every_mistake))
+        )
     return found
 
 
-def _students(assignment: str, sources: dict[str, NotebookNode], every_mistake: bool) -> Class:
+def students(assignment: str, sources: dict[str, NotebookNode], *, every_mistake: bool) -> Class:
+    """Return who is in the class of an assignment, with the samples that each hands in."""
     classes = {
         name: sample_class.sample_class(SAMPLES / assignment / name, sample_class.stage_cells(source))
         for name, source in sources.items()
