@@ -46,7 +46,7 @@ if TYPE_CHECKING:
 ROOT = Path(__file__).resolve().parents[1]
 DEMO = ROOT / "build" / "demo"
 MADE = DEMO / ".made-from"  # of what the class was graded as expected
-_EVERY = 8  # of so many known mistakes the class makes one
+_EVERY = 8  # of so many students with known mistakes one is in the class, and at least three of a notebook
 CONFIGURATION = '''\
 """The sample class: the course's own configuration, with folders and a gradebook of its own."""
 
@@ -122,7 +122,8 @@ def students(assignment: str, sources: dict[str, NotebookNode], *, every_mistake
     if not every_mistake:
         for name, samples in classes.items():
             mistakes = [sample for sample in samples if sample.name.startswith("mistake-")]
-            classes[name] = [s for s in samples if s not in mistakes or s in mistakes[::_EVERY]]
+            step = max(1, min(_EVERY, len(mistakes) // 3))
+            classes[name] = [s for s in samples if s not in mistakes or s in mistakes[::step]]
     return sample_class.deal(classes)
 
 
