@@ -89,6 +89,11 @@ def negative(rng: Generator) -> list[Case]:
     return _sets(rng, (-1.0, -0.6, -1.3))
 
 
+def _near(rng: Generator, kappa: float, off: float) -> float:
+    """Draw a number near kappa; 0 stays 0."""
+    return float(kappa + rng.uniform(-off, off)) if kappa else 0.0
+
+
 def _step(rng: Generator, kappa: float, *, turned: bool) -> Case:
     """Make a prediction from a belief that is wide in heading, or of a robot that looks almost straight back."""
     theta = np.pi + rng.uniform(-0.1, 0.1) if turned else heading(rng) * 0.4
@@ -112,7 +117,7 @@ def _steps(rng: Generator, kappas: tuple[float, ...], *, turned: bool = False) -
     """Make predictions, one for each kappa; headings are all in one turn, or on both sides of the cut."""
     cases: list[Case] = []
     while len(cases) < len(kappas):
-        case = _step(rng, float(kappas[len(cases)] + rng.uniform(-0.2, 0.2)), turned=turned)
+        case = _step(rng, _near(rng, kappas[len(cases)], 0.2), turned=turned)
         ends = _headings(case)
         if (ends.min() < 3.0 and 3.3 < ends.max() < 6.0) if turned else np.abs(ends).max() < 3.0:
             cases.append(case)
@@ -122,7 +127,7 @@ def _steps(rng: Generator, kappas: tuple[float, ...], *, turned: bool = False) -
 @remembered
 def moved(rng: Generator) -> list[Case]:
     """Make predictions with positive weights."""
-    return _steps(rng, (2.0, 1.0, 0.5, 3.0, 2.0))
+    return _steps(rng, (2.0, 1.0, 0.0, 3.0, 2.0))
 
 
 @remembered
@@ -133,29 +138,37 @@ def moved_negative(rng: Generator) -> list[Case]:
 
 @remembered
 def moved_back(rng: Generator) -> list[Case]:
-    """Make predictions of a robot that looks back, with headings beyond half a turn."""
-    return _steps(rng, (2.0, 1.0, -2.0), turned=True)
+    """Make predictions of a robot that looks back, with headings beyond half a turn, and one of a straight drive."""
+    mean, cov, (v, _, gamma), *rest = _steps(rng, (1.0,))[0].args
+    straight = PREDICT.case(mean, cov, np.array([v, 0.0, gamma]), *rest)
+    return [*_steps(rng, (2.0, 1.0, -2.0), turned=True), straight]
 
 
 def _sightings(
-    rng: Generator, kappas: tuple[float, ...], bearing: tuple[float, float], k: int = 2, *, east: bool = False
+    rng: Generator,
+    kappas: tuple[float, ...],
+    bearing: tuple[float, float],
+    k: int = 2,
+    *,
+    west: bool = False,
 ) -> list[Case]:
     """Make corrections by landmarks whose bearings have sizes between two, one case for each kappa.
 
-    A robot that faces east has in the west what is behind it: directions in the world jump there, too.
+    A landmark to the `west` is in a direction next to the cut, whatever its bearing.
     """
     cases = []
     for kappa in kappas:
-        x = np.array([*rng.uniform(-2, 2, 2), rng.uniform(-0.05, 0.05) if east else heading(rng)])
-        cov = _spread(rng, 3, np.array([0.3, 0.3, 0.15]))
         bearings = rng.uniform(*bearing, k) * rng.choice([-1, 1], k)
+        theta = wrap(np.pi + rng.uniform(-0.05, 0.05) - bearings[0]) if west else heading(rng)
+        x = np.array([*rng.uniform(-2, 2, 2), theta])
+        cov = _spread(rng, 3, np.array([0.3, 0.3, 0.15]))
         ranges = rng.uniform(1.6, 3.0, k)
         angle = x[2] + bearings
         landmarks = x[:2] + ranges[:, None] * np.stack([np.cos(angle), np.sin(angle)], axis=1)
         Q = _spread(rng, 2, np.array([0.08, 0.15]))
         off = rng.uniform(0.06, 0.15, (k, 2)) * rng.choice([-1, 1], (k, 2))
         z = np.stack([wrap(bearings + off[:, 0]), ranges + off[:, 1]], axis=1).ravel()
-        cases.append(CORRECT.case(x, cov, z, landmarks, Q, float(kappa + rng.uniform(-0.15, 0.15))))
+        cases.append(CORRECT.case(x, cov, z, landmarks, Q, _near(rng, kappa, 0.15)))
     return cases
 
 
@@ -174,16 +187,16 @@ def seen(rng: Generator) -> list[Case]:
     """Make corrections by two landmarks before the robot, with positive weights."""
     cases: list[Case] = []
     while len(cases) < 5:
-        (case,) = _sightings(rng, (float(rng.choice([2.0, 1.0, 0.5])),), (0.3, 1.0))
+        (case,) = _sightings(rng, ((2.0, 1.0, 0.0, 0.5, 2.0)[len(cases)],), (0.3, 1.0))
         cases += [case] if _needs_no_wrap(case) else []
     return cases
 
 
 @remembered
 def seen_behind(rng: Generator) -> list[Case]:
-    """Make corrections by landmarks straight behind: the points see them on both sides of the cut."""
-    west = _sightings(rng, (2.0, 1.0), (3.02, 3.12), east=True)
-    return west + _sightings(rng, (2.0, 1.0, 0.5), (3.02, 3.12))
+    """Make corrections by landmarks straight behind, or straight west: the points see them on both sides of a cut."""
+    west = _sightings(rng, (2.0, 1.0, 0.5), (0.4, 1.2), west=True)
+    return _sightings(rng, (2.0, 1.0, 0.5, 2.0, 1.0), (3.02, 3.12)) + west
 
 
 @remembered
@@ -247,7 +260,7 @@ PREDICT = Stage(
         Check("cov", 6, each(moved, "cov"), _HINT_MOVED),
         Check("mean, negative kappa", 2, each(moved_negative, "mean"), _HINT_NEGATIVE),
         Check("cov, negative kappa", 3, each(moved_negative, "cov"), _HINT_NEGATIVE),
-        Check("a robot that looks back", 3, each(moved_back), _HINT_BACK),
+        Check("a robot that looks back, or is told to drive straight", 3, each(moved_back), _HINT_BACK),
         Check(
             "arguments untouched",
             1,
@@ -267,7 +280,7 @@ CORRECT = Stage(
     checks=(
         Check("mean, two landmarks before the robot", 4, each(seen, "mean"), _HINT_SEEN),
         Check("cov, two landmarks before the robot", 4, each(seen, "cov"), _HINT_SEEN),
-        Check("landmarks straight behind", 4, each(seen_behind), _HINT_CUT),
+        Check("landmarks straight behind, or west", 4, each(seen_behind), _HINT_CUT),
         Check("negative kappa", 3, each(seen_negative), _HINT_NEGATIVE),
         Check("one landmark, and three", 2, each(counts), "How long is z? Let nothing depend on it."),
         Check("no landmark", 1, each(nothing), "What is known if nothing is seen?"),

@@ -203,9 +203,13 @@ def test_hidden_inputs_cover_what_the_notebook_promises():
     assert {np.sign(call.args[2]) for call in calls_of(POINTS)} == {-1.0, 0.0, 1.0}
     assert {len(call.args[0]) for call in calls_of(POINTS)} == {2, 3, 4}
     for name, place in ((PREDICT, 5), (CORRECT, 5)):
-        assert {np.sign(call.args[place]) for call in calls_of(name)} == {-1.0, 1.0}
+        assert {np.sign(call.args[place]) for call in calls_of(name)} == {-1.0, 0.0, 1.0}
     assert {len(call.args[3]) for call in calls_of(CORRECT)} == {0, 1, 2, 3}
     assert any(np.abs(call.args[2][::2]).max(initial=0) > 2.9 for call in calls_of(CORRECT))
+    assert any(call.args[2][1] == 0 for call in calls_of(PREDICT))
+    west = [call for call in calls_of(CORRECT) if len(call.args[2])]
+    west = [(call.args[3] - call.args[0][:2])[0] @ [1, 1j] for call in west]
+    assert sum(abs(np.angle(-direction)) < 0.06 for direction in west) >= 3
 
 
 def test_predictions_are_beyond_the_tangent():
