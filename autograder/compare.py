@@ -82,7 +82,7 @@ def fault(case: Case, returned: Any, name: str) -> str:
     bad = off > case.tolerance[index]
     if not bad.any():
         return ""
-    scale = max(float(np.abs(expected).max()), np.finfo(float).tiny)
+    scale = max(float(np.abs(expected).max()), float(np.finfo(float).tiny))
     error = size(float(off[bad].max()) / scale)
     where = f": {entries(stage, name, bad)}" if bad.ndim else ""
     return f"{name} is off{where} by {error} the scale of {name}"

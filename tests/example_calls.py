@@ -161,6 +161,9 @@ EXAMPLES = {
     "roboloc_reference.mcl.transition_model": (CLOUD, np.stack([U] * 4), DT),
     "roboloc_reference.motion.arc": (2.0, 0.4, 0.5, DT),
     "roboloc_reference.motion.compute_dynamics": (POSE, U, DT),
+    "roboloc_reference.new_lines.line_in_world": (U, POSE, TF),
+    "roboloc_reference.new_lines.recognize": (U, P2, LINES, JACOBIANS, P3, 3.0, 5.0),
+    "roboloc_reference.new_lines.squared_distances": (U, P2, LINES, JACOBIANS, P3),
     "roboloc_reference.odometry.bearing_likelihood": (CLOUD, LANDMARKS[0], 0.2, 0.3),
     "roboloc_reference.odometry.bootstrap_step": (
         *(CLOUD, WEIGHTS, TWIST, ALPHAS4, LANDMARKS[0], 0.2, 0.3),

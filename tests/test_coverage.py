@@ -39,7 +39,7 @@ PARTS = {
 }
 # The parts that no notebook covers yet, or not in full. Whoever writes one takes its parts out.
 NOT_YET = {
-    "Stanford AA274A, problem set 4 (2021)": {"2 (ii)", *PARTICLES, "3, extra credit"},
+    "Stanford AA274A, problem set 4 (2021)": {*PARTICLES, "3, extra credit"},
     "Stanford AA274A, problem set 4 (2020), the derivations": {*PARTICLES},
     "Flinders University, Instrumentation, tutorial 6": {
         *PARTS["Flinders University, Instrumentation, tutorial 6"]
