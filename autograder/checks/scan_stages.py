@@ -29,9 +29,8 @@ def segments(
     turned = theta[outer] - alpha
     along = rho[outer] * np.sin(turned)
     ends = np.exp(1j * alpha) * (r + 1j * along)
-    good = (np.ptp(ranges, axis=1) >= params["min_points"]) & (
-        np.ptp(along, axis=1) >= params["min_segment_length"]
-    )
+    many = np.ptp(ranges, axis=1) >= params["min_points"]
+    good = many & (np.ptp(along, axis=1) >= params["min_segment_length"])
     return ranges[good], np.stack([ends.real, ends.imag], axis=-1).reshape(-1, 4)[good]
 
 
