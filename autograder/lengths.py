@@ -160,7 +160,7 @@ class Scope:
             return Length.CLOUD if place == 0 else Length.SMALL
         return self.of_parts([array])
 
-    def length(self, node: ast.AST) -> Length:  # noqa: PLR0911  (one for each kind of node)
+    def length(self, node: ast.AST) -> Length:  # noqa: C901, PLR0911  (one for each kind of node)
         """Return how often one who goes over a value goes round, as far as the text tells."""
         if isinstance(node, ast.Name):
             home = self.look_up(node.id)
@@ -180,6 +180,8 @@ class Scope:
         if isinstance(node, ast.Call):
             called = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
             arguments = [part.value if isinstance(part, ast.Starred) else part for part in node.args]
+            if isinstance(node.func, ast.Attribute) and called in {"tolist", "copy", "astype"}:
+                return self.length(node.func.value)
             if arguments and called == "zip":
                 return min(map(self.length, arguments))
             if arguments and called in _SAME_LENGTH | {"len", "int"}:

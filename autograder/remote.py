@@ -259,8 +259,11 @@ def sources_of(target: Any) -> list[tuple[str, bool]]:
     cells = getattr(target, "__globals__", {}).get("In")
     if isinstance(cells, list):
         return [(cell, False) for cell in cells]
-    module = inspect.getmodule(target)
-    return [(inspect.getsource(module), False)] if module else []
+    try:
+        lines_of_file, _ = inspect.findsource(target)
+    except (OSError, TypeError):
+        return []
+    return [("".join(lines_of_file), False)]
 
 
 def rebuild_exception(described: list) -> Exception:
