@@ -41,9 +41,6 @@ PARTS = {
 NOT_YET = {
     "Stanford AA274A, problem set 4 (2021)": {*PARTICLES, "3, extra credit"},
     "Stanford AA274A, problem set 4 (2020), the derivations": {*PARTICLES},
-    "Flinders University, Instrumentation, tutorial 6": {
-        *PARTS["Flinders University, Instrumentation, tutorial 6"]
-    },
     "Michigan ROB530, homework 5": {"1 (C)", "1 (D)", "2", "bonus"},
 }
 

@@ -113,7 +113,7 @@ def test_cells_are_short(path, built):
 
 @pytest.mark.parametrize("path", RELEASED, ids=str)
 def test_students_need_only_what_they_may_import(path):
-    """The released cells import roboloc, numpy, sympy and matplotlib, and nothing else."""
+    """The released cells import roboloc and, of the rest, numpy, sympy and matplotlib at most."""
     cells = [cell.source for cell in read(ROOT / "notebooks" / path).cells if cell.cell_type == "code"]
     found = set()
     for node in (node for source in cells for node in ast.walk(ast.parse(source))):
@@ -121,7 +121,7 @@ def test_students_need_only_what_they_may_import(path):
             found |= {alias.name.partition(".")[0] for alias in node.names}
         elif isinstance(node, ast.ImportFrom):
             found.add(node.module.partition(".")[0])
-    assert found == IMPORTS
+    assert {"roboloc", "numpy"} <= found <= IMPORTS
 
 
 def page(folder, text):

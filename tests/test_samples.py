@@ -253,6 +253,8 @@ def test_a_mistake_in_a_cell_is_the_mistake_of_the_catalogue(folder, item):
         ours, theirs = copied(call.args), copied(call.args)
         wanted, got = item.function(*ours), namespace[stage.function_name](*theirs)
         for one, other in zip([*stage.each(wanted), *ours], [*stage.each(got), *theirs], strict=True):
+            if isinstance(one, np.random.Generator):
+                continue
             if isinstance(one, dict):
                 assert other == one
             else:
