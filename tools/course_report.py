@@ -33,6 +33,7 @@ _COLOUR = re.compile(r'<span(?: class="[\w -]*")?>|</span>')  # nearly all tags 
 _NUMBER = re.compile(r"\d+\.\d+")
 SLACK = 5.0  # seconds: a clock that stops a cell looks at it now and then
 _DIGITS = 6  # a page of the course shows none of its own with more, and numpy prints eight decimals
+_OF_AN_ARRAY = 12
 
 
 def diagnosis(path: Path) -> str:
@@ -112,7 +113,8 @@ def words(text: str) -> str:
 def hidden_numbers(secret: str) -> set[str]:
     """Return the hidden inputs of all checks and the right results, as they begin when they are printed.
 
-    Only numbers of more than six digits are taken: shorter ones stand in a page by chance, as do parts of a turn.
+    Only numbers of more than six digits are taken: shorter ones stand in a page by chance, as do parts of a turn. Of a
+    large array the first dozen stands for all, or the thousands of a cloud would be met by chance.
     """
     seen: list[float] = []
     stages = [*STAGES.values(), *(expression.stage() for expression in EXPRESSIONS.values())]
@@ -121,7 +123,7 @@ def hidden_numbers(secret: str) -> set[str]:
         run_stage(stage, recorder, secret)
         for call in recorder.calls:
             seen += _numbers([call.args, call.returned])
-    return {text for value in seen if (text := _printed(value))} - {
+    return {text for value in seen if "." in (text := _printed(value))} - {
         _printed(k * math.pi / 4) for k in range(1, 9)
     }
 
@@ -133,7 +135,7 @@ def _numbers(value: object) -> Iterator[float]:
         for one in value:
             yield from _numbers(one)
     elif isinstance(value, (int, float, np.ndarray)):
-        yield from (float(one) for one in np.ravel(value))
+        yield from (float(one) for one in np.ravel(value)[:_OF_AN_ARRAY])
 
 
 def _printed(value: float) -> str:

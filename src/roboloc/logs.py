@@ -26,6 +26,8 @@ from numpy.typing import ArrayLike
 from roboloc.validation import as_array, as_covariance, as_number
 
 _DATA = resources.files("roboloc") / "data"
+NAMES = ("arena", "maze")
+"""The recorded runs of robots among walls."""
 
 
 class Event(NamedTuple):
@@ -340,9 +342,8 @@ def load(name: str) -> Log:
     ValueError
         If there is no run of that name.
     """
-    names = sorted(Path(entry.name).stem for entry in _DATA.iterdir() if entry.name.endswith(".npz"))
-    if name not in names:
-        raise ValueError(f"name: expected one of {', '.join(names)}, got {name}")
+    if name not in NAMES:
+        raise ValueError(f"name: expected one of {', '.join(NAMES)}, got {name}")
     with resources.as_file(_DATA / f"{name}.npz") as path:
         return read(path)
 
