@@ -115,7 +115,8 @@ def pick(stage: Stage, args: tuple, returned: Any, name: str) -> Any:
     if returned is None:
         raise AssertionError(f"the function returned None, expected {wanted}: is there a return at its end?")
     if stage.summary:
-        return stage.each(stage.summary(args, returned))[stage.outputs.index(name)]
+        with np.errstate(all="ignore"):  # of huge numbers; what comes out is judged, whatever it is
+            return stage.each(stage.summary(args, returned))[stage.outputs.index(name)]
     if len(stage.outputs) == 1:
         return returned
     if type(returned) not in {tuple, list}:

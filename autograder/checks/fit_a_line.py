@@ -20,6 +20,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autograder.check import Case, Check, Stage, remembered
+from autograder.checks.circle import nearest_turn
 from autograder.checks.kinds import each, repeatable, untouched
 from roboloc_reference.extraction import fit_line
 
@@ -68,8 +69,8 @@ def other_name(line: tuple[float, float], near: float) -> tuple[float, float]:
 
     No plausible mistake lies at the ends, neither a right angle nor half a turn.
     """
-    halves = np.floor((line[0] - near + 1.0) / np.pi)
-    return line[0] - np.pi * halves, line[1] * (-1.0) ** (halves % 2)
+    alpha = float(nearest_turn(line[0], near, 1.0, np.pi))
+    return alpha, line[1] * (-1.0) ** round((line[0] - alpha) / np.pi)
 
 
 def any_name(right: dict[str, Any], got: dict[str, Any]) -> dict[str, Any]:

@@ -19,6 +19,7 @@ import numpy as np
 
 from autograder.check import Case, Check, Stage, remembered
 from autograder.checks import landmark_inputs as draw
+from autograder.checks.circle import nearest_turn
 from autograder.checks.kinds import each, repeatable, untouched
 from roboloc_reference.landmarks import evaluate, init_landmarks, measurement, predict, update
 
@@ -38,7 +39,7 @@ def on_the_circle(right: dict[str, Any], got: dict[str, Any]) -> dict[str, Any]:
     if x is None or not np.isfinite(x).all():
         return got
     x = x.copy()
-    x[2] -= 2.0 * np.pi * np.rint((x[2] - right["x"][2]) / (2.0 * np.pi))
+    x[2] = nearest_turn(x[2], right["x"][2])
     return got | {"x": x}
 
 

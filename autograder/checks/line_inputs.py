@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from autograder.checks.circle import nearest_turn
 from roboloc_reference.lines import transform_line_to_scanner_frame
 
 if TYPE_CHECKING:
@@ -24,17 +25,12 @@ NEAREST = 0.3  # the least distance of a line from the scanner [m]
 _CUT = 2.2
 
 
-def _near(right: np.ndarray, got: np.ndarray) -> np.ndarray:
-    """Take whole turns off the angles `got` that bring them near to `right`."""
-    return got - 2 * math.pi * np.floor((got - right + _CUT) / (2 * math.pi))
-
-
 def any_turn(right: dict[str, Any], got: dict[str, Any]) -> dict[str, Any]:
     """Accept the angle of a line in any turn."""
     h = got["h"]
     if h is None:
         return got
-    return got | {"h": np.array([_near(right["h"][0], h[0]), h[1]])}
+    return got | {"h": np.array([nearest_turn(h[0], right["h"][0], _CUT), h[1]])}
 
 
 def one_turn(right: dict[str, Any], got: dict[str, Any]) -> dict[str, Any]:
@@ -51,7 +47,7 @@ def one_turn(right: dict[str, Any], got: dict[str, Any]) -> dict[str, Any]:
     other = (np.abs(wanted[1]) < _EDGE) & (np.abs(r) < _EDGE) & (np.cos(alpha - wanted[0]) < 0)
     alpha = np.where(other, alpha - math.pi, alpha)
     inside = other | (np.abs(alpha) <= math.pi + _EDGE)
-    alpha = np.where(inside, _near(wanted[0], alpha), alpha)
+    alpha = np.where(inside, nearest_turn(alpha, wanted[0], _CUT), alpha)
     result = {line: np.array([alpha, np.where(other, -r, r)]).reshape(lines.shape), slope: slopes}
     if slopes is not None:
         rows = np.array(slopes.reshape(-1, *slopes.shape[-2:]))

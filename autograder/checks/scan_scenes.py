@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from roboloc.angles import wrap
+from autograder.checks.circle import nearest_turn
 from roboloc_reference import extraction
 
 if TYPE_CHECKING:
@@ -123,7 +123,7 @@ def in_any_turn(right: dict[str, Any], got: dict[str, Any]) -> dict[str, Any]:
     """Accept angles in any turn."""
     if got["alpha"] is None:
         return got
-    return {**got, "alpha": right["alpha"] + wrap(got["alpha"] - right["alpha"])}
+    return {**got, "alpha": nearest_turn(got["alpha"], right["alpha"])}
 
 
 def clear(theta: np.ndarray, rho: np.ndarray, params: dict[str, float]) -> bool:

@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from autograder.check import Case, Check, Stage, remembered
+from autograder.checks.circle import nearest_turn
 from autograder.checks.kinds import each, repeatable, untouched
 from autograder.checks.motion_model import dynamics_tolerance, heading
 from roboloc.angles import wrap
@@ -34,7 +35,7 @@ def aligned_bearing(right: dict[str, Any], got: dict[str, Any]) -> dict[str, Any
     z = got["z"]
     if z is not None and abs(right["z"][0]) > math.pi - 1e-6 and abs(z[0]) <= math.pi + 1e-9:
         z = z.copy()
-        z[0] += 2 * math.pi * np.rint((right["z"][0] - z[0]) / (2 * math.pi))
+        z[0] = nearest_turn(z[0], right["z"][0])
     return got | {"z": z}
 
 

@@ -12,7 +12,7 @@ from autograder.checks import STAGES
 from autograder.checks.ball_on_a_slope import saltation
 from autograder.grading import grade, grade_expression
 from autograder.misconceptions import of_stage
-from roboloc_reference.ballistic import correct, motion, predict
+from roboloc_reference.ballistic import motion, predict
 
 SECRETS = [f"course-{number}" for number in range(5)]
 PREDICT, CORRECT = "ballistic.predict", "ballistic.correct"
@@ -87,38 +87,6 @@ def calls_of(name):
     recorder = Recorder(STAGES[name].reference)
     run_stage(STAGES[name], recorder, "s")
     return recorder.calls
-
-
-@pytest.mark.parametrize("stage", [PREDICT, CORRECT])
-@pytest.mark.parametrize(
-    ("value", "words"),
-    [
-        (None, "None"),
-        (0.0, "a float"),
-        ((), "0 values"),
-        ((None, None), "None"),
-        (("a", "b"), "text"),
-        ((np.zeros((4, 1)), np.zeros((4, 4))), "shape (4, 1)"),
-        ((np.full(4, np.nan), np.full((4, 4), np.nan)), "NaN"),
-        ((np.full(4, 1e300), np.full((4, 4), 1e300)), ""),
-        ((np.zeros(4), np.zeros((4, 4))), ""),
-    ],
-)
-def test_what_is_not_an_answer_scores_nothing(stage, value, words, published):
-    """None, NaN, a wrong shape or type, huge numbers or constants score 0, and the report says which."""
-    assert grade(stage, lambda *_: value, 10) == 0
-    assert words in published[0]["text/plain"]
-
-
-def test_a_ball_that_is_not_written_scores_nothing(published):
-    """The released cells raise NotImplementedError, and the report says that they are not written."""
-
-    def stub(*_):
-        raise NotImplementedError
-
-    for stage in (PREDICT, CORRECT):
-        assert grade(stage, stub, 10) == 0
-    assert all("not written yet" in bundle["text/plain"] for bundle in published)
 
 
 def test_an_impact_found_to_a_hundred_millionth_is_right(published):
@@ -205,15 +173,6 @@ def test_every_way_of_writing_an_answer_is_accepted(answer, published):
         assert grade_expression(f"slope.{answer}", form, 3) == 3
 
 
-@pytest.mark.parametrize(
-    "wrong", [ANSWERS["v_after"].T, ANSWERS["t_hit"], sp.Symbol("phi") * ANSWERS["v_after"], None]
-)
-def test_a_wrong_expression_of_the_slope_scores_nothing(wrong, published):
-    """A wrong shape, another answer, an unknown symbol or nothing: 0 points and a reason."""
-    assert grade_expression("slope.v_after", wrong, 2) == 0
-    assert "failed" in published[0]["text/plain"]
-
-
 def test_the_hidden_saltation_of_a_level_ground_is_the_references():
     """With no slope the hidden matrix is the one between the flights of the reference's Jacobian."""
     x, dt = np.array([0.3, 2.0, 1.0, -1.0]), 0.9
@@ -222,18 +181,3 @@ def test_the_hidden_saltation_of_a_level_ground_is_the_references():
     Xi = saltation({"alpha": 0.0, "g": 9.81, "e": 0.7, "vx": 1.0, "vy": -s})
     fly = [np.eye(4) + t * np.eye(4, k=2) for t in (first, dt - first)]
     np.testing.assert_allclose(fly[1] @ Xi @ fly[0], motion(x, dt, 9.81, 0.7)[1], atol=1e-12)
-
-
-def test_the_report_on_the_ball_holds_no_hidden_number(published):
-    """No number of the hidden inputs or right results is in the report, with four digits or more."""
-    seen = []
-
-    def spy(*args):
-        seen.extend([*args, *correct(*args)])
-        return np.zeros(4), np.zeros((4, 4))
-
-    assert grade(CORRECT, spy, 10) == 0
-    text = "".join(published[0].values())
-    numbers = {f"{abs(number):.4g}" for value in seen for number in np.ravel(value) if number}
-    assert len(numbers) > 100
-    assert not [number for number in numbers if len(number) > 4 and number in text]

@@ -11,7 +11,7 @@ from autograder.check import Recorder, run_stage
 from autograder.checks import STAGES
 from autograder.checks.velocity_model import aligned_bearing
 from autograder.grading import grade, grade_expression
-from roboloc_reference import ukf, velocity
+from roboloc_reference import velocity
 
 SECRETS = [f"course-{number}" for number in range(3)]
 MOTION, JACOBIANS, NOISE, SIGHTING = (
@@ -139,27 +139,6 @@ def calls_of(name):
     return recorder.calls
 
 
-@pytest.mark.parametrize("stage", NAMES)
-@pytest.mark.parametrize(
-    "value", [None, 0.0, (), (None, None), ("a", "b"), np.full(3, np.nan), np.zeros((3, 3))]
-)
-def test_what_is_not_an_answer_scores_nothing(stage, value, published):
-    """None, text, NaN, a wrong shape or a constant score 0 but for no landmark, and the report says why."""
-    assert grade(stage, lambda *_: value, 10) == 0
-    assert "failed" in published[0]["text/plain"]
-
-
-def test_functions_that_are_not_written_score_nothing(published):
-    """The released cells raise NotImplementedError, and the report says that they are not written."""
-
-    def stub(*_):
-        raise NotImplementedError
-
-    for stage in NAMES:
-        assert grade(stage, stub, 10) == 0
-    assert all("not written yet" in bundle["text/plain"] for bundle in published)
-
-
 def test_a_stage_of_one_output_returns_it(published):
     """A pose or a covariance in a tuple of one is no answer, a list of numbers is."""
     assert grade(MOTION, lambda *args: (velocity.motion(*args),), 10) == 0
@@ -250,29 +229,3 @@ def test_every_way_of_writing_an_expression_is_accepted(answer, published):
     right = ANSWERS[answer]
     for form in (right, right.as_immutable()):
         assert grade_expression(f"turn_first.{answer}", form, 3) == 3
-
-
-@pytest.mark.parametrize(
-    "wrong",
-    [ANSWERS["W_first"].T, ANSWERS["H_ahead"], ANSWERS["W_first"].subs(v, sp.Symbol("V")), None],
-    ids=["transposed", "another answer", "own symbol", "none"],
-)
-def test_a_wrong_expression_scores_nothing(wrong, published):
-    """A wrong shape, an unknown symbol or no number: 0 points and a reason."""
-    assert grade_expression("turn_first.W_first", wrong, 3) == 0
-    assert "failed" in published[0]["text/plain"]
-
-
-def test_the_report_holds_no_hidden_number(published):
-    """No number of the hidden inputs or right results is in the report, with four digits or more."""
-    seen = []
-
-    def spy(*args):
-        seen.extend([*args, *ukf.correct(*args)])
-        return np.full(3, 0.1), np.eye(3)
-
-    assert grade(CORRECT, spy, 10) == 0
-    text = "".join(published[0].values())
-    numbers = {f"{abs(number):.4g}" for value in seen for number in np.ravel(value) if number}
-    assert len(numbers) > 100
-    assert not [number for number in numbers if len(number) > 4 and number in text]

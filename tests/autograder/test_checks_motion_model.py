@@ -164,30 +164,16 @@ def test_every_way_of_writing_an_expression_is_accepted(answer, published):
 @pytest.mark.parametrize(
     "wrong",
     [
-        ANSWERS["g"].T,
         ANSWERS["g"][0],
         ANSWERS["g"].subs(theta, sp.Symbol("phi")),
-        ANSWERS["g"] * sp.nan,
         ANSWERS["g"] + sp.Matrix([0, 0, sp.Rational(1, 10**6)]),
         ANSWERS["g"] * (1 + sp.I / 10**6),
         ANSWERS["g"] + sp.Matrix([0, 0, 1 / (b - b)]),
-        "x + 1",
-        None,
     ],
-    ids=[
-        "transposed",
-        "one entry",
-        "own symbol",
-        "nan",
-        "slightly off",
-        "slightly complex",
-        "infinite",
-        "text",
-        "none",
-    ],
+    ids=["one entry", "own symbol", "slightly off", "slightly complex", "infinite"],
 )
-def test_a_wrong_expression_scores_nothing(wrong, published):
-    """A wrong shape, an unknown symbol, no number, or a small error: 0 points and a reason."""
+def test_what_is_nearly_right_scores_nothing(wrong, published):
+    """A part of the answer, another name, a small error: 0 points and a reason."""
     assert grade_expression("differential_drive.g", wrong, 3) == 0
     assert "failed" in published[0]["text/plain"]
 

@@ -12,7 +12,7 @@
 //     theme        "light" or "dark", default "light": the colour scheme asked for, and the book theme's own choice
 //     wait         CSS selector to wait for after loading, default none
 //     run          body of an async function run in the page after that, default none; its value is reported
-//     axe          true: run axe-core's WCAG 2.1 A and AA rules, default false
+//     axe          true: run axe-core's WCAG 2.1 A and AA rules; a list: only the rules it names; default false
 //     screenshot   path of a PNG to write, default none
 //     full         true: the screenshot shows the whole page, default false
 //
@@ -121,7 +121,7 @@ async function visit(context, job) {
     let axe = null;
     if (job.axe) {
       await page.addScriptTag({ path: AXE });
-      const options = { runOnly: RULES, resultTypes: ["violations"], preload: false };
+      const options = { runOnly: job.axe === true ? RULES : job.axe, resultTypes: ["violations"], preload: false };
       const result = await page.evaluate((chosen) => window.axe.run(chosen), options);
       axe = result.violations.map(({ id, impact, help, nodes }) => ({
         id,
