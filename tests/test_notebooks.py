@@ -43,15 +43,16 @@ def text_of(path):
 def test_committed_releases_are_fresh(built):
     """Building again gives the committed files, byte for byte, and no other file."""
     new = sorted(path.relative_to(built / "notebooks") for path in (built / "notebooks").glob("*/*"))
-    assert new == RELEASED != []
+    advice = "notebooks/ is not what solutions/ gives: run make notebooks and commit"
+    assert new == RELEASED != [], advice
     assert all(
         filecmp.cmp(built / "notebooks" / path, ROOT / "notebooks" / path, shallow=False) for path in new
-    )
+    ), advice
 
 
 def test_building_twice_gives_the_same_bytes(built, tmp_path):
     """Nothing random and no time of day gets into a build."""
-    notebooks.build(tmp_path / "source", tmp_path / "notebooks")
+    notebooks.build(tmp_path / "source", tmp_path / "notebooks", only=[Path(NAME).parent.name])
     for kind in ("source", "notebooks"):
         assert filecmp.cmp(built / kind / NAME, tmp_path / kind / NAME, shallow=False)
 
@@ -168,8 +169,16 @@ def test_release_reports_what_nbgrader_reports(tmp_path):
 
 def test_the_gradebook_is_touched_only_when_asked(tmp_path):
     """With --db the given gradebook learns of the assignment, without it none is made."""
-    options = ["--source", str(tmp_path / "source"), "--output", str(tmp_path / "out")]
+    folders = ["--source", str(tmp_path / "source"), "--output", str(tmp_path / "out")]
+    options = [*folders, "--assignment", "bouncing-ball"]
     assert notebooks.main(options) == 0
     assert sorted(path.name for path in tmp_path.iterdir()) == ["out", "source"]
     assert notebooks.main([*options, "--db", f"sqlite:///{tmp_path}/gradebook.db"]) == 0
     assert (tmp_path / "gradebook.db").stat().st_size > 0
+    assert [path.name for path in (tmp_path / "out").iterdir()] == ["bouncing-ball"]
+
+
+def test_an_assignment_that_is_not_there_is_refused(tmp_path):
+    """A misspelt assignment is named, and so are those there are."""
+    with pytest.raises(ValueError, match=r"assignment: expected some of bouncing-ball, .* got bouncing"):
+        notebooks.build(tmp_path / "source", tmp_path / "out", only=["bouncing"])

@@ -267,6 +267,7 @@ def rounds(oldest, tmp_path_factory):
     (folder / "rounds.py").write_text(ROUNDS, encoding="utf-8")
     (folder / "notebooks.json").write_text(json.dumps(found), encoding="utf-8")
     places = dict.fromkeys(("HOME", "IPYTHONDIR", "MPLCONFIGDIR"), str(folder)) | {"PATH": os.defpath}
+    places["OPENBLAS_NUM_THREADS"] = "1"
     command = [str(oldest), "-I", "rounds.py"]
     done = subprocess.run(command, cwd=folder, env=places, capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stderr

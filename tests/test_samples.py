@@ -38,11 +38,13 @@ def source(folder):
     return notebooks.name_cells(notebooks.splice(notebooks.read(path), ROOT))
 
 
+@functools.cache
 def cells(folder):
     """Return the cells of the graded functions of a folder's notebook by stage."""
     return sample_class.stage_cells(source(folder))
 
 
+@functools.cache
 def class_of(folder):
     """Return the samples of a folder's notebook by name."""
     return {sample.name: sample for sample in sample_class.sample_class(folder, cells(folder))}
@@ -54,6 +56,7 @@ def imports(folder):
     return [text for text in code if re.fullmatch(r"((import|from) .*\n?|\n)+", text)]
 
 
+@functools.cache
 def titles(folder):
     """Return the names of the mistakes that can be made in a folder's notebook, by name."""
     text = "".join(cell.source for cell in source(folder).cells)
@@ -232,6 +235,19 @@ def test_every_sample_can_be_handed_in(folder):
     assert nbformat.writes(released) == before
 
 
+@functools.cache
+def calls(stage):
+    """Return the arguments of the calls that the checks of a stage make."""
+    recorder = Recorder(STAGES[stage].reference)
+    run_stage(STAGES[stage], recorder, "a course")
+    return [call.args for call in recorder.calls]
+
+
+def parts(returned):
+    """Return what a call returned one by one; samples are one thing."""
+    return returned if isinstance(returned, tuple) else (returned,)
+
+
 @pytest.mark.parametrize(
     ("folder", "item"),
     [(f, i) for f in FOLDERS for i in MISCONCEPTIONS if i.stage in cells(f)],
@@ -245,14 +261,12 @@ def test_a_mistake_in_a_cell_is_the_mistake_of_the_catalogue(folder, item):
     namespace = {}
     for cell in [*imports(folder), text.replace("@solution@", answers[name])]:
         exec(cell, namespace)  # noqa: S102 (our own)
-    recorder = Recorder(stage.reference)
-    run_stage(stage, recorder, "a course")
-    for call in recorder.calls:
-        if not item.determined(*call.args):
+    for args in calls(stage.name):
+        if not item.determined(*args):
             continue
-        ours, theirs = copied(call.args), copied(call.args)
+        ours, theirs = copied(args), copied(args)
         wanted, got = item.function(*ours), namespace[stage.function_name](*theirs)
-        for one, other in zip([*stage.each(wanted), *ours], [*stage.each(got), *theirs], strict=True):
+        for one, other in zip([*parts(wanted), *ours], [*parts(got), *theirs], strict=True):
             if isinstance(one, np.random.Generator):
                 continue
             if isinstance(one, dict):

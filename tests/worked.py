@@ -30,7 +30,8 @@ def run(notebook: NotebookNode, folder: Path, *, allow_errors: bool = False) -> 
     """Run a notebook to its end, or its first error, with a fixed secret."""
     resources = {"metadata": {"path": str(folder)}}
     client = NotebookClient(notebook, timeout=300, resources=resources, allow_errors=allow_errors)
-    return client.execute(env={"ROBOLOC_SECRET": "a course", "PATH": "/usr/bin:/bin", "HOME": str(folder)})
+    places = {"PATH": "/usr/bin:/bin", "HOME": str(folder)}
+    return client.execute(env=places | {"ROBOLOC_SECRET": "a course", "OPENBLAS_NUM_THREADS": "1"})
 
 
 def outputs_of(notebook: NotebookNode) -> list[NotebookNode]:

@@ -160,8 +160,8 @@ def release(source: Path, output: Path, assignments: list[str], db_url: str | No
             shutil.copytree(Path(folder) / "release" / assignment, target)
 
 
-def build(source: Path, output: Path, db_url: str | None = None) -> list[str]:
-    """Build all releases and return the assignments.
+def build(source: Path, output: Path, db_url: str | None = None, only: list[str] | None = None) -> list[str]:
+    """Build releases and return the assignments.
 
     Parameters
     ----------
@@ -171,13 +171,23 @@ def build(source: Path, output: Path, db_url: str | None = None) -> list[str]:
         Where the releases go.
     db_url : str, optional
         Gradebook that learns of the assignments.
+    only : list of str, optional
+        The assignments to release; all if not given.
 
     Returns
     -------
     list of str
         The assignments, sorted.
+
+    Raises
+    ------
+    ValueError
+        If there is no such assignment.
     """
-    assignments = build_sources(ROOT / "solutions", source)
+    there = build_sources(ROOT / "solutions", source)
+    if unknown := set(only or ()) - set(there):
+        raise ValueError(f"assignment: expected some of {', '.join(there)}, got {', '.join(sorted(unknown))}")
+    assignments = [name for name in there if not only or name in only]
     release(source, output, assignments, db_url)
     return assignments
 
@@ -185,11 +195,12 @@ def build(source: Path, output: Path, db_url: str | None = None) -> list[str]:
 def main(arguments: list[str] | None = None) -> int:
     """Run the command line."""
     parser = argparse.ArgumentParser(description="Build the student notebooks from solutions/.")
+    parser.add_argument("--assignment", action="append", help="only this one; may be given again")
     parser.add_argument("--db", help="address of a gradebook that shall learn of the assignments")
     parser.add_argument("--output", type=Path, default=ROOT / "notebooks", help="folder of the releases")
     parser.add_argument("--source", type=Path, default=ROOT / "build" / "source", help="folder in between")
     options = parser.parse_args(arguments)
-    for assignment in build(options.source, options.output, options.db):
+    for assignment in build(options.source, options.output, options.db, options.assignment):
         for path in sorted((options.output / assignment).glob("*.ipynb")):
             print(path.relative_to(ROOT) if path.is_relative_to(ROOT) else path)
     return 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import functools
 import inspect
 from typing import TYPE_CHECKING, Any
 
@@ -11,10 +12,12 @@ from autograder.checks import STAGES
 
 if TYPE_CHECKING:
     from collections.abc import Callable
+    from types import ModuleType
 
     from autograder.misconceptions.model import Misconception
 
 
+@functools.cache
 def student_source(item: Misconception) -> str:
     """Return the source of a wrong version as a student's cell.
 
@@ -46,10 +49,15 @@ def _collect(function: Callable[..., Any], name: str, parts: dict[str, str]) -> 
     parts[name] = _written(node, name, renamed)
 
 
+@functools.cache
+def _tree(module: ModuleType) -> ast.Module:
+    return ast.parse(inspect.getsource(module))
+
+
 def _definition(function: Callable[..., Any]) -> ast.FunctionDef | ast.Lambda:
     """Find where a function is written."""
     code = function.__code__
-    tree = ast.parse(inspect.getsource(inspect.getmodule(function)))
+    tree = _tree(inspect.getmodule(function))
     names = list(code.co_varnames[: code.co_argcount])
     for node in ast.walk(tree):
         if not isinstance(node, (ast.FunctionDef, ast.Lambda)) or node.lineno != code.co_firstlineno:

@@ -20,7 +20,7 @@ PLAIN = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\n
 ISOLATED = PLAIN + "from autograder.plugin import configure\nconfigure(c)\n"
 ASSIGNMENT = "ekf-localization"
 HONEST = ["perfect", "alternative-series", "blank", "mistake-gx-transposed", "mistake-division-by-zero"]
-OF_ALL = ["perfect", "mistake-gx-transposed"]  # of these all notebooks, of the others motion-model
+OF_ALL = ["perfect"]  # of this one all notebooks, of the others motion-model
 
 
 def nbgrader_command(folder, *arguments):
