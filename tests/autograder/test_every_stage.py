@@ -7,6 +7,7 @@ import pytest
 import sympy as sp
 from diagnosis import COURSE
 
+import kill_matrix
 from autograder.check import Recorder, run_stage
 from autograder.checks import EXPRESSIONS, STAGES
 from autograder.grading import grade, grade_expression
@@ -71,6 +72,12 @@ def test_one_huge_number_among_right_ones_costs_points(name, number):
     for output, title in enumerate(stage.outputs):
         for entry in (0, 1, 2):
             assert run_stage(stage, changed(output, entry), COURSE).share < 1, (title, entry)
+
+
+@pytest.mark.parametrize("name", STAGES)
+def test_there_are_two_other_right_ways(name):
+    """Of every stage there are at least two correct versions that are written differently: rows of its kill matrix."""
+    assert len(kill_matrix.alternatives(STAGES[name])) >= 2
 
 
 @pytest.mark.parametrize("name", STAGES)
