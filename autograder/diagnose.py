@@ -1,11 +1,14 @@
 """Say what a mistake is: by comparison with known wrong versions, else by what :mod:`autograder.observe` sees.
 
 Works on the calls that the checks have made already; the student's function is not called again. Each output
-is looked at on its own, so that two mistakes in two outputs are both found.
+is looked at on its own, so that two mistakes in two outputs are both found. A class has the same hidden inputs, so
+what the right and the wrong versions make of them is worked out once in a process.
 """
 
 from __future__ import annotations
 
+import hashlib
+import pickle
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,11 +19,16 @@ from autograder.compare import as_numbers, pick
 from autograder.observe import observe
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from autograder.check import Call, Outcome, Stage
     from autograder.misconceptions.model import Misconception
 
 ARGUMENTS = "arguments"
 _FEWEST_CALLS = 3
+# Results of one call each, a few hundred bytes to some kilobytes; a class needs some thousand.
+_MOST_KEPT = 10_000
+_kept: dict[tuple, Any] = {}
 
 
 @dataclass(frozen=True)
@@ -47,6 +55,7 @@ class Seen:
     """One call of the student's function beside the right result."""
 
     args: tuple
+    key: bytes
     right: dict[str, np.ndarray]
     tolerance: dict[str, np.ndarray]
     loosest: dict[str, float]
@@ -98,7 +107,10 @@ def _known(
     for item in misconceptions:
         matched, faulty = set(wrong), set()
         for one in seen:
-            version = _run(stage, item, one)
+            version = _once(
+                (stage.reference, stage.truth, item.function, one.key),
+                lambda item=item, one=one: _run(stage, item, one),
+            )
             matched = {name for name in matched if _matches(item, one, version, name)}
             if not matched:
                 break
@@ -149,19 +161,36 @@ def _equal(one: Seen, version: Numbers, name: str) -> bool:
     return bool((np.abs(got - wanted) <= 4 * one.loosest[name] * (1 + scale)).all())
 
 
-def _beside(stage: Stage, call: Call) -> Seen:
-    right = {
-        name: np.asarray(value, dtype=float) for name, value in _named(stage, stage.right(copied(call.args)))
-    }
-    allowed = dict(_named(stage, stage.allowed(copied(call.args))))
+def _once(key: tuple, make: Callable[[], Any]) -> Any:
+    """Return what belongs to a key, made the first time."""
+    if key not in _kept:
+        if len(_kept) >= _MOST_KEPT:
+            del _kept[next(iter(_kept))]
+        _kept[key] = make()
+    return _kept[key]
+
+
+def _wanted(
+    stage: Stage, args: tuple
+) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray], dict[str, float]]:
+    """Return the right outputs of a call, the error that each entry may have, and the largest of each output."""
+    right = {name: np.asarray(value, dtype=float) for name, value in _named(stage, stage.right(copied(args)))}
+    allowed = dict(_named(stage, stage.allowed(copied(args))))
     tolerance = {name: np.broadcast_to(value, right[name].shape) for name, value in allowed.items()}
-    loosest = {name: float(np.max(value, initial=0.0)) for name, value in allowed.items()}
+    return right, tolerance, {name: float(np.max(value, initial=0.0)) for name, value in allowed.items()}
+
+
+def _beside(stage: Stage, call: Call) -> Seen:
+    key = hashlib.blake2b(pickle.dumps(call.args)).digest()
+    right, tolerance, loosest = _once(
+        (stage.reference, stage.truth, stage.tolerance, key), lambda: _wanted(stage, call.args)
+    )
     if call.error:  # a division by zero in plain Python is what NaN is in numpy
         got = Numbers({name: np.full_like(value, np.nan) for name, value in right.items()}, _changed(call))
     else:
         values = {name: _array(_picked(stage, call, name)) for name in stage.outputs}
         got = Numbers(_aligned(stage, right, values), _changed(call))
-    return Seen(call.args, right, tolerance, loosest, got)
+    return Seen(call.args, key, right, tolerance, loosest, got)
 
 
 def _picked(stage: Stage, call: Call, name: str) -> Any:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import pickle
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from diagnosis import COURSE
@@ -9,6 +12,7 @@ from diagnosis import COURSE
 import kill_matrix
 from autograder.check import copied, run_stage
 from autograder.checks import EXPRESSIONS, STAGES
+from autograder.diagnose import diagnose
 from autograder.misconceptions import MISCONCEPTIONS, of_stage
 
 # The only ones whose fault is that they return no number, and the arguments for which they do not.
@@ -46,3 +50,24 @@ def test_every_stage_has_enough_wrong_versions():
     assert {item.stage for item in MISCONCEPTIONS} == {*STAGES, *EXPRESSIONS}
     assert len({(item.stage, item.name) for item in MISCONCEPTIONS}) == len(MISCONCEPTIONS)
     assert all(len(item.explanation) > 60 and len(item.hint) > 20 for item in MISCONCEPTIONS)
+
+
+def test_a_wrong_version_is_run_once_for_a_class():
+    """The second student with the same hidden inputs gets the same diagnosis, and no wrong version runs for it."""
+    stage = STAGES["motion.compute_dynamics"]
+    (known,) = (item for item in of_stage(stage.name) if item.name == "Gx transposed")
+    ran = []
+
+    def counted(*args):
+        ran.append(args)
+        return known.function(*args)
+
+    catalogue = (replace(known, function=counted),)
+    first, second = (
+        diagnose(run_stage(stage, known.function, "a class of two"), catalogue) for _ in range(2)
+    )
+    assert [item.title for item in first] == ["Gx transposed"]
+    assert second == first
+    calls = run_stage(stage, stage.reference, "a class of two").calls
+    assert 0 < len(ran) <= len(calls)
+    assert len({pickle.dumps(args) for args in ran}) == len(ran)
