@@ -2,7 +2,8 @@
 
 What a submission can see is listed here and is short: the interpreter and its standard library, the packages of an
 allow-list with what they depend on, the system's shared libraries, and its own folder. There is no network, no `/proc`,
-no repository, no reference, and nobody else's work. What is not there cannot be read or imported.
+no repository, no reference, and nobody else's work. What is not there cannot be read or imported. Of the kernel less
+can be asked than it offers: see `system_calls`.
 """
 
 from __future__ import annotations
@@ -20,6 +21,7 @@ from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from .system_calls import FilterError, program
 from .worker.channel import Channel, Closed, pair
 
 if TYPE_CHECKING:
@@ -55,8 +57,8 @@ class SandboxError(RuntimeError):
 
 
 REMEDY = """submissions are graded inside bubblewrap, and {problem}.
-  Debian, Ubuntu:  apt-get install bubblewrap
-  Fedora:          dnf install bubblewrap
+  Debian, Ubuntu:  apt-get install bubblewrap libseccomp2
+  Fedora:          dnf install bubblewrap libseccomp
   In a container:  allow user namespaces (Docker: --security-opt seccomp=unconfined, or a profile with unshare)
   Ubuntu 24.04:    sysctl kernel.apparmor_restrict_unprivileged_userns=0
   Where none of this can be had, --IsolatedExecute.trust_submissions=True grades WITHOUT protection."""
@@ -219,16 +221,25 @@ def command(packages: Sequence[str], mode: str, hidden: Sequence[str] = ()) -> l
     return [*arguments, str(Path(sys.executable).resolve()), "-I", "-S", "-B", "-c", start]
 
 
-def require_bubblewrap() -> None:
-    """Refuse to go on where there is no bubblewrap.
+def require_bubblewrap() -> bytes:
+    """Refuse to go on where there is no bubblewrap, or no filter for what runs in it.
+
+    Returns
+    -------
+    bytes
+        The filter.
 
     Raises
     ------
     SandboxError
-        If it is not installed; the text says what to do.
+        If one of them is not installed; the text says what to do.
     """
     if shutil.which("bwrap") is None:
         raise SandboxError(REMEDY.format(problem="it is not installed"))
+    try:
+        return program()
+    except FilterError as error:
+        raise SandboxError(REMEDY.format(problem=str(error))) from error
 
 
 class Sandbox:
@@ -240,15 +251,19 @@ class Sandbox:
         Distributions that submissions may import besides the standard library.
     hidden : sequence of str, optional
         Folders to cover where the system's folders contain them: the course, the repository.
+    filtered : bool, optional
+        Whether system calls are filtered; tests of the other defences do without.
 
     Raises
     ------
     SandboxError
-        If bubblewrap is missing or refused; the text says what to do.
+        If bubblewrap or libseccomp is missing or refused; the text says what to do.
     """
 
-    def __init__(self, packages: Sequence[str] = PACKAGES, hidden: Sequence[str] = ()) -> None:
-        require_bubblewrap()
+    def __init__(
+        self, packages: Sequence[str] = PACKAGES, hidden: Sequence[str] = (), *, filtered: bool = True
+    ) -> None:
+        self._program = require_bubblewrap() if filtered else b""
         modes = ["root", "user"] if os.geteuid() == 0 else ["user"]
         for mode in modes:
             problem = self._start(command(packages, mode, hidden))
@@ -267,12 +282,16 @@ class Sandbox:
         )  # fmt: skip
         theirs.close()
         try:
-            _, self.missing, self.uid = self.control.receive(START_TIMEOUT)
+            self.control.send(self._program, START_TIMEOUT)
+            _, self.missing, self.uid, refusal = self.control.receive(START_TIMEOUT)
         except (Closed, TimeoutError):
             self.process.kill()
             _, text = self.process.communicate()
             self.control.close()
             return (text.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
+        if refusal:
+            self.close()
+            return f"the kernel refuses its filter of system calls: {refusal}"
         return ""
 
     def open(self, limits: Limits, beginning: Sequence[str] = ()) -> Channel:

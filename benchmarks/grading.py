@@ -38,7 +38,7 @@ COPIES = 3  # of each kind of submission
 ROUNDS = 2
 SECRET = "a course"  # noqa: S105  (of this benchmark)
 # Kinds of submissions by the cell that differs from the solution: the text to replace there, and by what.
-ALTERNATIVES = ROOT / "tests" / "autograder" / "alternatives"
+ALTERNATIVES = ROOT / "tests" / "autograder" / "alternatives" / "motion_model"
 KINDS = {
     "right": {},
     "series": {"dynamics": (None, "series.py")},

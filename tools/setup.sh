@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Sets up everything the project needs, from a bare checkout; `make setup` calls it, and so does every other target.
 #
-#   1. system packages   bubblewrap (sandbox), chromium (browser tests), node and npm (files the book ships)
+#   1. system packages   bubblewrap (sandbox), chromium (browser tests), node and npm (files the book ships);
+#                        libseccomp2, which the sandbox needs too, is there wherever apt is: apt requires it
 #   2. .venv             requirements.lock, installed by uv, every file checked against its hash
 #   3. vendor files      package-lock.json, installed by npm (tools/vendor.py)
 #

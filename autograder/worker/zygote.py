@@ -22,6 +22,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from .. import wire
+from . import barrier
 from . import state as state_
 from .channel import Channel, Closed, pair
 from .limits import Limits
@@ -110,7 +111,12 @@ def keep_only(descriptor: int) -> None:
 
 
 def spawn(
-    descriptor: int, limits: Limits, uid: int, shell: NotebookShell, begun: Sequence[tuple[str, list]]
+    descriptor: int,
+    limits: Limits,
+    uid: int,
+    shell: NotebookShell,
+    begun: Sequence[tuple[str, list]],
+    program: bytes,
 ) -> None:
     """Run a notebook's warden to its end; in a child of the zygote, does not return.
 
@@ -126,6 +132,7 @@ def spawn(
             with contextlib.suppress(BaseException):
                 drop_privileges(uid)
                 state_.hide_memory()
+                barrier.put_in_force(program)
                 Warden(Channel(socket.socket(fileno=descriptor)), shell, limits, HOME, begun).serve()
             os._exit(0)
         os.waitpid(child, 0)
@@ -221,15 +228,18 @@ class Nursery:
         Where requests come from.
     shell : NotebookShell
         What notebooks start with.
-    begun : sequence of tuple of (str, list), optional
+    begun : sequence of tuple of (str, list)
         What has run in it; see `begin`.
+    program : bytes
+        The filter of system calls that notebooks run under.
     """
 
     def __init__(
-        self, control: Channel, shell: NotebookShell, begun: Sequence[tuple[str, list]] = ()
+        self, control: Channel, shell: NotebookShell, begun: Sequence[tuple[str, list]], program: bytes
     ) -> None:
         self.control = control
         self.shell = shell
+        self.program = program
         self.begun = begun
         self.warm: dict[tuple[str, ...], Channel | None] = {}
 
@@ -252,7 +262,7 @@ class Nursery:
         """Start a notebook from this process."""
         if os.fork() == 0:
             keep_only(handed)
-            spawn(handed, limits, uid, self.shell, self.begun)
+            spawn(handed, limits, uid, self.shell, self.begun, self.program)
 
     def pass_on(self, beginning: tuple[str, ...], limits: list[float], uid: int, handed: int) -> bool:
         """Let the child that knows a beginning start the notebook; return False where there is none."""
@@ -279,7 +289,7 @@ class Nursery:
                 keep_only(theirs.fileno())
                 begun = begin(self.shell, list(beginning))
                 theirs.send(["ready"])
-                Nursery(theirs, self.shell, begun).serve()
+                Nursery(theirs, self.shell, begun, self.program).serve()
             os._exit(0)
         theirs.close()
         try:
@@ -301,10 +311,11 @@ def main(descriptor: int) -> None:
     # The warden too ignores it: to the first process of a namespace come only the signals it has a handler for.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     control = Channel(socket.socket(fileno=descriptor))
+    program = control.receive()
     state_.hide_memory()
     shell = make_shell()
     missing = preload()
     draw_once(shell)
     settle()
-    control.send(["ready", missing, os.getuid()])
-    Nursery(control, shell).serve()
+    control.send(["ready", missing, os.getuid(), barrier.refusal(program)])
+    Nursery(control, shell, (), program).serve()

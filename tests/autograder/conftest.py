@@ -37,6 +37,13 @@ def sandbox():
         yield running
 
 
+@pytest.fixture(scope="session")
+def unfiltered():
+    """Start the sandbox once without its filter of system calls, to see the other defences alone."""
+    with Sandbox(filtered=False) as running:
+        yield running
+
+
 @pytest.fixture(autouse=True, scope="module")
 def no_shell_stays():
     """Leave no IPython shell of the trusted side to later tests, which would take this process for a notebook."""

@@ -25,11 +25,14 @@ from autograder.worker.limits import Limits
 REPOSITORY = Path(autograder.__file__).resolve().parents[1]
 
 
-@pytest.fixture(scope="module", params=["as it is", "user"])
+STARTS = ("as it is", "user")
+
+
+@pytest.fixture(scope="module", params=STARTS)
 def either(request, sandbox):
     """Give the sandbox as it starts here, and as it starts for a grader who is not root."""
-    if request.param == "as it is":
-        yield sandbox
+    if request.param != "user":
+        yield sandbox if request.param == "as it is" else request.getfixturevalue("unfiltered")
         return
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(os, "geteuid", lambda: 1000)
@@ -135,6 +138,7 @@ for family, address in {addresses!r}:
 """
 
 
+@pytest.mark.parametrize("either", [*STARTS, "without the filter"], indirect=True)
 def test_no_listener_is_reached(inside, listeners):
     """Listeners outside that anybody here can reach are not reached from inside, by address nor by abstract name."""
     addresses, visitors = listeners
@@ -152,6 +156,7 @@ def test_no_listener_is_reached(inside, listeners):
     assert len(visitors) == len(addresses)
 
 
+@pytest.mark.parametrize("either", [*STARTS, "without the filter"], indirect=True)
 def test_no_other_way_out(inside):
     """There is no interface that is up, no route, no name service, and no raw socket."""
     printed = inside(
@@ -312,6 +317,7 @@ print(os.getuid() != 0, os.geteuid() != 0)
 """
 
 
+@pytest.mark.parametrize("either", [*STARTS, "without the filter"], indirect=True)
 def test_no_rights_are_had(inside):
     """No mount, no other user, no device, and no look into the warden's or an earlier state's memory."""
     assert inside(RISE) == "True True\n"
