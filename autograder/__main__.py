@@ -1,4 +1,4 @@
-"""`python -m autograder grade NOTEBOOK...`: grade notebooks without the course's gradebook.
+"""`python -m autograder grade NOTEBOOK...`: grade notebooks without the course's gradebook; `regrade` a class.
 
 Usage: `python -m autograder grade NOTEBOOK... [--assignment NAME] [--format text|json|gradescope] [--output FILE]`
 
@@ -26,6 +26,12 @@ its work (no sandbox); 2 where the request was wrong. Errors are one or a few li
 
 `--format gradescope` is a `results.json` of Gradescope's autograders: one submission, so one notebook of a kind. Its
 `score` is the sum of the tests that have a score; a cell that a person marks is a test without one, and says so.
+
+Usage: `python -m autograder regrade ASSIGNMENT [--dry-run]`
+
+In a course's folder: the submissions that were graded with other checks, another release or other packages than the
+present ones are graded again, no others, and each score that changed is shown with the one before. `--dry-run` only
+says which.
 """
 
 from __future__ import annotations
@@ -159,7 +165,7 @@ def _one_of_a_kind(grades: Sequence[NotebookGrade]) -> bool:
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(prog="python -m autograder", description="Grade notebooks in the sandbox.")
-    commands = made.add_subparsers(dest="command", required=True, metavar="grade")
+    commands = made.add_subparsers(dest="command", required=True, metavar="grade|regrade")
     grade = commands.add_parser(
         "grade",
         help="grade notebooks without the course's gradebook",
@@ -173,6 +179,14 @@ def parser() -> argparse.ArgumentParser:
         "--format", choices=sorted(FORMATS), default="text", help="of the result (default: text)"
     )
     grade.add_argument("--output", metavar="FILE", type=Path, help="where the result goes (default: stdout)")
+    again = commands.add_parser(
+        "regrade",
+        help="grade again what was graded with other checks",
+        description="Grade again the submissions of an assignment that were graded with other checks, another release "
+        "or other packages, and show old and new scores.",
+    )
+    again.add_argument("assignment", metavar="ASSIGNMENT", help="which")
+    again.add_argument("--dry-run", action="store_true", help="only say what would be graded again")
     return made
 
 
@@ -190,6 +204,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
         0 where grading worked, 1 where it could not be done, 2 where the request was wrong.
     """
     options = parser().parse_args(arguments)
+    return (
+        _grade(options)
+        if options.command == "grade"
+        else _regrade(options.assignment, dry_run=options.dry_run)
+    )
+
+
+def _grade(options: argparse.Namespace) -> int:
     # Only now: these imports take a second, a wrong option should not.
     from nbgrader.converters.base import NbGraderException  # noqa: PLC0415
 
@@ -215,6 +237,22 @@ def main(arguments: Sequence[str] | None = None) -> int:
         sys.stdout.write(text)
     else:
         options.output.write_text(text, encoding="utf-8")
+    return 0
+
+
+def _regrade(assignment: str, *, dry_run: bool) -> int:
+    from nbgrader.converters.base import NbGraderException  # noqa: PLC0415
+
+    from .regrade import as_text, regrade  # noqa: PLC0415
+    from .standalone import UsageError  # noqa: PLC0415
+
+    try:
+        todo, changes = regrade(assignment, dry_run=dry_run)
+    except UsageError as error:
+        return _complain(str(error), 2)
+    except NbGraderException:  # its log has said why
+        return 1
+    sys.stdout.write(as_text(todo, changes, dry_run=dry_run))
     return 0
 
 

@@ -7,7 +7,6 @@ gradebook: what comes back is an executed notebook, and one writer stores it.
 from __future__ import annotations
 
 import atexit
-import hashlib
 import json
 import os
 import pickle
@@ -73,15 +72,9 @@ class Job:
 
     def record(self) -> dict[str, str]:
         """Return what an appeal needs to know: which run, and which versions of the release, checks and packages."""
-        from .report import checks_version, environment_version  # noqa: PLC0415
+        from .provenance import record  # noqa: PLC0415
 
-        release = hashlib.sha256("\0".join(f"{k}\0{v}" for k, v in sorted(self.release.items())).encode())
-        return {
-            "run": self.run,
-            "release": release.hexdigest()[:12],
-            "checks": checks_version(),
-            "environment": environment_version(),
-        }
+        return {"run": self.run, **record(self.release)}
 
 
 def pack(notebook: NotebookNode) -> str:

@@ -6,48 +6,15 @@ all of it is escaped all the same.
 
 from __future__ import annotations
 
-import functools
-import hashlib
 from dataclasses import dataclass
 from html import escape
-from importlib.metadata import PackageNotFoundError, version
-from pathlib import Path
 from typing import TYPE_CHECKING
 
-from roboloc_reference import motion
+from autograder.provenance import checks_version, environment_version
 
 if TYPE_CHECKING:
     from autograder.check import Outcome, Result
     from autograder.diagnose import Diagnosis
-
-_SOURCES = (
-    "check.py", "compare.py", "diagnose.py", "observe.py", "symbolic.py", "checks", "misconceptions", "reading.py",
-    "lengths.py", "loops.py", "vectorised.py",
-)  # fmt: skip
-
-
-@functools.cache
-def checks_version() -> str:
-    """Return a short hash of all that decides on a score: the checks, their tools, the reference."""
-    here, reference = Path(__file__).parent, Path(motion.__file__).parent
-    roots = [(here, here / name) for name in _SOURCES] + [(reference.parent, reference)]
-    digest = hashlib.sha256()
-    for base, path in roots:
-        for file in sorted(path.rglob("*.py")) if path.is_dir() else [path]:
-            digest.update(file.relative_to(base).as_posix().encode() + b"\0" + file.read_bytes() + b"\0")
-    return digest.hexdigest()[:12]
-
-
-@functools.cache
-def environment_version() -> str:
-    """Return the versions of the packages that a numerical result depends on."""
-    found = []
-    for package in ("roboloc", "numpy", "scipy", "sympy"):
-        try:
-            found.append(f"{package} {version(package)}")
-        except PackageNotFoundError:
-            found.append(f"{package} unknown")
-    return ", ".join(found)
 
 
 @dataclass(frozen=True)
@@ -69,7 +36,7 @@ class Report:
     def footer(self) -> str:
         """The last line: what an appeal refers to."""
         run = f"; run {self.run_id}" if self.run_id else ""
-        return f"Checks {checks_version()}; {environment_version()}{run}"
+        return f"Checks {checks_version(self.outcome.stage.name)}; {environment_version()}{run}"
 
     def __str__(self) -> str:
         """Return the report as plain text."""

@@ -248,10 +248,7 @@ def grade_files(files: Sequence[str], assignment: str = "", root: Path | None = 
 
 @contextmanager
 def _api(config: Config, folder: Path) -> Iterator[NbGraderAPI]:
-    """Give nbgrader with a course of its own in a folder; it says nothing but what goes wrong.
-
-    nbgrader calls alembic from the path, where an environment that is not activated does not stand.
-    """
+    """Give nbgrader with a course of its own in a folder."""
     own = Config()
     own.CourseDirectory.root = str(folder)
     own.CourseDirectory.db_url = f"sqlite:///{folder}/gradebook.db"
@@ -261,7 +258,26 @@ def _api(config: Config, folder: Path) -> Iterator[NbGraderAPI]:
     own.ParallelAutograde.create_student = True
     own.ParallelAutograde.progress = False
     config.merge(own)
-    api = NbGraderAPI(config=config)
+    with quiet(NbGraderAPI(config=config)) as api:
+        yield api
+
+
+@contextmanager
+def quiet(api: NbGraderAPI) -> Iterator[NbGraderAPI]:
+    """Let nbgrader say nothing but what goes wrong, and find alembic.
+
+    It calls alembic from the path, where an environment that is not activated does not stand.
+
+    Parameters
+    ----------
+    api : nbgrader.apps.NbGraderAPI
+        Of a course.
+
+    Yields
+    ------
+    nbgrader.apps.NbGraderAPI
+        The same.
+    """
     before, level = os.environ.get("PATH", os.defpath), api.log.level
     handler = logging.StreamHandler()  # without an application of nbgrader's the log goes nowhere
     api.log.addHandler(handler)

@@ -28,8 +28,8 @@ from autograder.check import copied, describe_error
 from autograder.checks import STAGES
 from autograder.compare import compare
 from autograder.grading import Score, outcome_of, run_id, show
+from autograder.provenance import checks_version, environment_version
 from autograder.reading import Unreadable
-from autograder.report import checks_version, environment_version
 from autograder.roles import EXTRA
 
 if TYPE_CHECKING:
@@ -60,7 +60,7 @@ class ExtraReport:
 
     def __str__(self) -> str:
         """Return the report as plain text."""
-        footer = f"Checks {checks_version()}; {environment_version()}" + (
+        footer = f"Checks {checks_version(self.stage)}; {environment_version()}" + (
             f"; run {self.run}" if self.run else ""
         )
         return "\n".join([self.title, *(f"  {line}" for line in self.lines), footer])
