@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,6 +11,8 @@ from autograder.checks.circle import nearest_turn
 from roboloc_reference import extraction
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.random import Generator
 
     from autograder.check import Case
@@ -103,8 +106,7 @@ def wall(rng: Generator, *, doors: int = 0, step: bool = False, post: bool = Fal
         k = int(rng.integers(5, 25))
         depth[k] -= 0.7
         along[k] *= depth[k] / r
-    z = (depth + 1j * along) * np.exp(1j * normal)
-    return np.unwrap(np.angle(z)), np.abs(z), parameters()
+    return _facing(normal, depth, along)
 
 
 def bend(rng: Generator, share: float, *, middle: bool = False) -> Scene:
@@ -115,6 +117,63 @@ def bend(rng: Generator, share: float, *, middle: bool = False) -> Scene:
     slope = share * LIMIT / np.abs(hinge - np.polyval(np.polyfit(along, hinge, 1), along)).max()
     slope *= rng.choice([-1.0, 1.0])
     depth = r + slope * hinge + 0.5 * ERROR * rng.uniform(-1.0, 1.0, 24)
+    return _facing(normal, depth, along)
+
+
+def ends_alone(rng: Generator) -> Scene:
+    """Draw a scan of a wall of which the first and the last beam are seen through doorways."""
+    normal, r = rng.uniform(-np.pi, np.pi), rng.uniform(1.0, 1.8)
+    along = np.linspace(-1.2, 1.2, 24) + rng.uniform(-0.02, 0.02, 24)
+    along[[0, -1]] += [-0.7, 0.7]
+    return _facing(normal, r + ERROR * rng.uniform(-1.0, 1.0, 24), along)
+
+
+def lip(rng: Generator, normal: float, side: float) -> Scene:
+    """Draw a scan of a wall whose last two beams stand aside."""
+    return _with_aside(rng, normal, side * rng.uniform(2.1, 2.4) * LIMIT, slice(-2, None))
+
+
+def beside(rng: Generator, normal: float, side: float) -> Scene:
+    """Draw a scan of a wall with one beam beside it."""
+    k = int(rng.integers(8, 16))
+    return _with_aside(rng, normal, side * rng.uniform(1.5, 1.8) * LIMIT, slice(k, k + 1))
+
+
+def _with_aside(rng: Generator, normal: float, far: float, which: slice) -> Scene:
+    """Draw a scan of a wall of which some beams are too far from the line of all, to one side only."""
+    while True:
+        depth = rng.uniform(1.0, 1.8) + 0.5 * ERROR * rng.uniform(-1.0, 1.0, 24)
+        depth[which] += far
+        scene = _facing(normal, depth, np.linspace(-1.2, 1.2, 24))
+        if one_sided(scene, 0, 24):
+            return scene
+
+
+def both_sides(rng: Generator, make: Callable[..., Scene]) -> list[Callable[[], Scene]]:
+    """Return how to draw walls that face the same way: of one some beams stand out, of the other they stand back."""
+    normal = rng.uniform(-np.pi, np.pi)
+    return [partial(make, rng, normal, side) for side in (-1.0, 1.0)]
+
+
+def one_sided(scene: Scene, i: int, j: int) -> bool:
+    """Tell whether a run is too far from its line to one side, and not to the other."""
+    theta, rho, _ = scene
+    alpha, r = table(theta, rho)[i, j]
+    off = rho[i:j] * np.cos(theta[i:j] - alpha) - r
+    near, far = sorted((off.max(), -off.min()))
+    return bool(near < 0.9 * LIMIT < 1.1 * LIMIT < far)
+
+
+def small_things(rng: Generator) -> Scene:
+    """Draw a scan of a wall of 10 beams, a post of 2 that is straight, and one of 3 that is not, far apart."""
+    along = np.concatenate([np.linspace(-1.8, -0.9, 10), [-0.1, 0.05], [0.8, 1.05, 1.3]])
+    depth = rng.uniform(1.4, 1.8) + 0.5 * ERROR * rng.uniform(-1.0, 1.0, along.size)
+    depth[-2] += rng.choice([-1.0, 1.0]) * rng.uniform(3.0, 3.5) * LIMIT
+    return _facing(rng.uniform(-np.pi, np.pi), depth, along)
+
+
+def _facing(normal: float, depth: np.ndarray, along: np.ndarray) -> Scene:
+    """Return the scan of points at some depths along a wall, whose normal has this direction."""
     z = (depth + 1j * along) * np.exp(1j * normal)
     return np.unwrap(np.angle(z)), np.abs(z), parameters()
 

@@ -15,14 +15,16 @@ import numpy as np
 
 from autograder.check import Case, Check, Stage, remembered
 from autograder.checks.kinds import each, repeatable, untouched
+from autograder.checks.scan_merging import HINT_COPY, HINT_GLOBAL, MERGE, RANGES, RUNS
 from autograder.checks.scan_scenes import (
     LIMIT,
     bend,
+    both_sides,
     clear,
-    decided,
-    differ,
     drawn,
+    ends_alone,
     in_any_turn,
+    lip,
     misfit,
     pieces,
     room,
@@ -30,7 +32,7 @@ from autograder.checks.scan_scenes import (
     visited,
     wall,
 )
-from autograder.checks.scan_stages import extract_lines, merge, segments, split
+from autograder.checks.scan_stages import extract_lines, segments, split
 from roboloc_reference import extraction
 
 if TYPE_CHECKING:
@@ -72,8 +74,13 @@ def several_corners(rng: Generator) -> list[Case]:
 
 @remembered
 def with_gaps(rng: Generator) -> list[Case]:
-    """Make walls with a doorway, and one wall that hides part of another: cut at the gaps alone."""
-    return [*drawn(3, lambda: _split(wall(rng, doors=2))), *drawn(3, lambda: _split(wall(rng, step=True)))]
+    """Make walls with doorways, some before the last beam, and walls that hide others: cut at the gaps alone."""
+    behind = drawn(3, lambda: _split(wall(rng, step=True)))
+    return [
+        *drawn(3, lambda: _split(wall(rng, doors=2))),
+        *behind,
+        *drawn(2, lambda: _split(ends_alone(rng))),
+    ]
 
 
 @remembered
@@ -84,9 +91,13 @@ def nothing_to_cut(rng: Generator) -> list[Case]:
 
 @remembered
 def slight_bends(rng: Generator) -> list[Case]:
-    """Make walls with a bend that is just within the limit, or just beyond."""
+    """Make walls with a bend that is just within the limit, or just beyond, or beyond to one side only."""
     within = drawn(3, lambda: _split(bend(rng, 0.7)))
-    return [*within, *drawn(3, lambda: _elsewhere(_split(bend(rng, 1.4))))]
+    beyond = drawn(3, lambda: _elsewhere(_split(bend(rng, 1.4))))
+    aside = [
+        case for scene in both_sides(rng, lip) for case in drawn(1, lambda s=scene: _elsewhere(_split(s())))
+    ]
+    return [*within, *beyond, *aside]
 
 
 _HINT_CUT = "Print the sum of both misfits for every cut of one run: where is it smallest, before which beam?"
@@ -94,11 +105,7 @@ _HINT_AGAIN = "Both parts of a run may have a corner of their own."
 _HINT_GAP = "How far apart are two points? Which is the first beam behind the gap?"
 _HINT_WHOLE = "A run whose points are all near its line stays as it is, also one of one beam."
 _HINT_LIMIT = "One point beyond line_point_distance is enough to cut, none is not."
-_HINT_COPY = "Work on copies, or on new names."
-_HINT_GLOBAL = "Use the arguments alone, nothing global."
-_RANGES = frozenset({"ranges"})
 _SCAN = ("theta", "rho", "lines", "params")
-_RUNS = ("theta", "rho", "ranges", "lines", "params")
 
 SPLIT = Stage(
     name="extraction.split",
@@ -111,108 +118,8 @@ SPLIT = Stage(
         Check("gaps", 4, each(with_gaps), _HINT_GAP),
         Check("nothing to cut", 2, each(nothing_to_cut), _HINT_WHOLE),
         Check("slight bends", 2, each(slight_bends), _HINT_LIMIT),
-        Check("arguments untouched", 2, untouched(one_corner, _SCAN, _RANGES), _HINT_COPY),
-        Check("same call, same result", 1, repeatable(one_corner, _RANGES), _HINT_GLOBAL),
-    ),
-)
-
-
-def _merge(scene: tuple, ranges: list) -> Case:
-    theta, rho, params = scene
-    return MERGE.case(theta, rho, np.array(ranges), table(theta, rho), params)
-
-
-def _cut(rng: Generator, walls: int, extra: int) -> Case | None:
-    """Cut the walls of a room at their corners, and `extra` times more each."""
-    scene, corners = pieces(rng, walls)
-    cuts = set(corners)
-    for i, j in pairwise(corners):
-        cuts |= set(rng.choice(np.arange(i + 4, j - 3), extra, replace=False).tolist())
-    ranges, lines = list(pairwise(sorted(cuts))), table(*scene[:2])
-    begins = {i: max(corner for corner in corners if corner <= i) for i, _ in ranges}
-    good = any(differ(lines, begins[i], k, j) for (i, k), (_, j) in pairwise(ranges) if k not in corners)
-    return _merge(scene, ranges) if good and decided(*scene[:2], ranges, scene[2]) else None
-
-
-@remembered
-def one_wall(rng: Generator) -> list[Case]:
-    """Make a wall in two pieces, and one in four."""
-    return [*drawn(2, lambda: _cut(rng, 1, 1)), *drawn(2, lambda: _cut(rng, 1, 3))]
-
-
-@remembered
-def walls_and_corners(rng: Generator) -> list[Case]:
-    """Make rooms of which each wall is in two or three pieces."""
-    return [*drawn(2, lambda: _cut(rng, 2, 1)), *drawn(3, lambda: _cut(rng, 3, 2))]
-
-
-@remembered
-def doorways(rng: Generator) -> list[Case]:
-    """Make walls with doorways, cut there and in one more place."""
-
-    def make() -> Case | None:
-        scene = wall(rng, doors=2)
-        runs = extraction.split(*scene[:2], scene[2]).tolist()
-        i, j = runs[-1]
-        ranges = [*runs[:-1], [i, i + 2], [i + 2, j]]
-        good = len(runs) == 3 and decided(*scene[:2], ranges, scene[2])
-        good = good and differ(table(*scene[:2]), i, i + 2, j)
-        return _merge(scene, ranges) if good else None
-
-    return drawn(4, make)
-
-
-@remembered
-def left_out(rng: Generator) -> list[Case]:
-    """Make a wall in pieces of which some in the middle are left out."""
-
-    def make() -> Case | None:
-        scene, (first, last) = pieces(rng, 1)
-        a, b, c = np.sort(rng.choice(np.arange(first + 4, last - 3), 3, replace=False)).tolist()
-        ranges = [[first, a], [a, b], [c, last]]
-        good = b - a > 2 and c - b > 1 and differ(table(*scene[:2]), first, a, b)
-        good = good and decided(*scene[:2], ranges, scene[2])
-        return _merge(scene, ranges) if good else None
-
-    return drawn(3, make)
-
-
-@remembered
-def best_first(rng: Generator) -> list[Case]:
-    """Make a slight bend with a small piece at it, which would fit either wall but belongs to one."""
-
-    def make() -> Case | None:
-        theta, rho, params = bend(rng, 1.5, middle=True)
-        k = theta.size // 2
-        ranges = [[0, k], [k, k + int(rng.integers(3, 6))], [0, theta.size]]
-        ranges[2][0] = ranges[1][1]
-        scan = extraction._points(theta, rho, extraction._params(params))  # noqa: SLF001 - the same project
-        first, second = scan.distance(0, ranges[1][1]), scan.distance(k, theta.size)
-        good = second < 0.8 * first < 0.8 * LIMIT < 0.7 * scan.distance(0, theta.size)
-        good = good and decided(theta, rho, ranges, params)
-        return _merge((theta, rho, params), ranges) if good else None
-
-    return drawn(4, make)
-
-
-_HINT_JOIN = "Two pieces of one wall: how far is the farthest of all their points from the line of both?"
-_HINT_STAY = "A pair that is no line together stays two, and what was joined may be joined again."
-_HINT_TOUCH = "When does one run begin where another ends, and how wide is the step between them?"
-_HINT_BEST = "Of all the pairs that may be joined, which is joined first? What is left for the others then?"
-
-MERGE = Stage(
-    name="extraction.merge",
-    outputs=("ranges",),
-    reference=merge,
-    tolerance=lambda *_: 1e-6,
-    checks=(
-        Check("pieces of one wall", 4, each(one_wall), _HINT_JOIN),
-        Check("walls and corners", 4, each(walls_and_corners), _HINT_STAY),
-        Check("doorways", 3, each(doorways), _HINT_TOUCH),
-        Check("runs left out", 2, each(left_out), _HINT_TOUCH),
-        Check("the best pair first", 4, each(best_first), _HINT_BEST),
-        Check("arguments untouched", 2, untouched(one_wall, _RUNS, _RANGES), _HINT_COPY),
-        Check("same call, same result", 1, repeatable(one_wall, _RANGES), _HINT_GLOBAL),
+        Check("arguments untouched", 2, untouched(one_corner, _SCAN, RANGES), HINT_COPY),
+        Check("same call, same result", 1, repeatable(one_corner, RANGES), HINT_GLOBAL),
     ),
 )
 
@@ -280,8 +187,8 @@ SEGMENTS = Stage(
         Check("too few points", 4, each(few_points, "ranges"), _HINT_POINTS),
         Check("too short", 4, each(short), _HINT_SHORT),
         Check("none left", 1, each(none_left), _HINT_NONE),
-        Check("arguments untouched", 2, untouched(all_kept, _RUNS, _KEPT), _HINT_COPY),
-        Check("same call, same result", 2, repeatable(all_kept, _KEPT), _HINT_GLOBAL),
+        Check("arguments untouched", 2, untouched(all_kept, RUNS, _KEPT), HINT_COPY),
+        Check("same call, same result", 2, repeatable(all_kept, _KEPT), HINT_GLOBAL),
     ),
 )
 
@@ -370,8 +277,8 @@ EXTRACT = Stage(
         Check("beams, with lost beams", 3, each(rooms_with_lost_beams, "ranges"), _HINT_LOST),
         Check("walls cut too often", 5, each(rooms_cut_too_often), _HINT_ORDER),
         Check("nothing seen", 1, each(nothing_seen), _HINT_DARK),
-        Check("arguments untouched", 2, untouched(rooms_with_lost_beams, _SCAN, _FOUND), _HINT_COPY),
-        Check("same call, same result", 1, repeatable(rooms, _FOUND), _HINT_GLOBAL),
+        Check("arguments untouched", 2, untouched(rooms_with_lost_beams, _SCAN, _FOUND), HINT_COPY),
+        Check("same call, same result", 1, repeatable(rooms, _FOUND), HINT_GLOBAL),
     ),
 )
 
