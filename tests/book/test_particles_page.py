@@ -1,15 +1,12 @@
 """The page on particles: what its worked example binds, and that it is the reference's."""
 
-from pathlib import Path
-
-import jupytext
 import numpy as np
+from page import Page, steps
 
 from roboloc_reference.odometry import bearing_likelihood, sample_motion
 from roboloc_reference.resampling import systematic_resample
 
-PAGE = Path(__file__).resolve().parents[2] / "book" / "particles.md"
-TAGS = ["derive-boot-draw", "derive-boot-support", "derive-boot-comb"]
+PAGE = Page("particles", "particle-filters/bootstrap-filter", steps("boot", "draw support comb"))
 
 
 class Told(np.random.Generator):
@@ -24,27 +21,14 @@ class Told(np.random.Generator):
         return np.broadcast_to(self.numbers, size)
 
 
-def code_cells():
-    """Return the code cells of the page as (tags, source)."""
-    return [
-        (c.metadata.get("tags", []), c.source) for c in jupytext.read(PAGE).cells if c.cell_type == "code"
-    ]
-
-
-def worked():
-    """Run the tagged cells alone, in order, and return what they bind."""
-    space = {}
-    for tags, source in code_cells():
-        if set(tags) & set(TAGS):
-            exec(source, space)  # noqa: S102 - the book's own cells
-    return space
+def test_the_page_is_a_derivation_with_a_notebook():
+    """Its tagged cells come in the notebook's order, assert what they say, and the notebook is there to download."""
+    PAGE.hold()
 
 
 def test_the_example_is_what_the_reference_computes():
-    """The tagged cells come in the notebook's order; sample, support and comb are those of the reference."""
-    tags = [tag for found, _ in code_cells() for tag in found if tag.startswith("derive-")]
-    assert list(dict.fromkeys(tags)) == TAGS
-    space = worked()
+    """Sample, support and comb are those of the reference."""
+    space = PAGE.bound
     spread = np.array([space[name] for name in ("sigma1", "sigma", "sigma2")])
     odometry, alphas = (
         [space[name] for name in names.split()] for names in ("rot1 trans rot2", "a1 a2 a3 a4")
@@ -59,7 +43,7 @@ def test_the_example_is_what_the_reference_computes():
 
 def test_the_numbers_are_those_of_the_audit():
     """ERRATA F8 and F10 to the printed digits, and what F2, F3, F4, F6 and F11 put right."""
-    space = worked()
+    space = PAGE.bound
     assert [round(float(space[name]), 4) for name in ("x1", "y1", "theta1")] == [0.6305, 1.8312, -0.2096]
     assert round(float(space["expected"]), 4) == 1.8574
     assert round(0.1 * float(space["density"]), 4) == 0.0816
@@ -73,10 +57,5 @@ def test_the_numbers_are_those_of_the_audit():
 
 def test_worked_cells_assert():
     """Every worked cell is followed by assertions."""
-    for tag in TAGS:
-        assert all("assert " in source for tags, source in code_cells() if tag in tags)
-
-
-def test_the_page_links_its_notebook():
-    """The page has a download link to the released notebook."""
-    assert "</notebooks/particle-filters/bootstrap-filter.ipynb>" in PAGE.read_text(encoding="utf-8")
+    for tag in PAGE.tags:
+        assert all("assert " in source for tags, source in PAGE.cells if tag in tags)

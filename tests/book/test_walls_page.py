@@ -1,31 +1,21 @@
 """The page on splitting and merging: what its derivation binds, and that scans agree with it."""
 
-from pathlib import Path
-
-import jupytext
 import numpy as np
+from page import Page, steps
 
 from roboloc_reference.extraction import fit_line
 
-PAGE = Path(__file__).resolve().parents[2] / "book" / "from-a-scan-to-walls.md"
-DERIVATION = [f"derive-walls-{part}" for part in ("bend", "far", "cut")]
+PAGE = Page("from-a-scan-to-walls", "line-extraction/split-and-merge", steps("walls", "bend far cut"))
 
 
-def code_cells():
-    """Return the code cells of the page as (tags, source)."""
-    return [
-        (c.metadata.get("tags", []), c.source) for c in jupytext.read(PAGE).cells if c.cell_type == "code"
-    ]
+def test_the_page_is_a_derivation_with_a_notebook():
+    """Its tagged cells come in the notebook's order, assert what they say, and the notebook is there to download."""
+    PAGE.hold()
 
 
 def test_derivation_is_what_the_reference_computes():
-    """The tagged cells come in order; many points on a bend have the distances and misfits that they derive."""
-    tags = [tag for found, _ in code_cells() for tag in found if tag.startswith("derive-")]
-    assert list(dict.fromkeys(tags)) == DERIVATION
-    space = {}
-    for found, source in code_cells():
-        if set(found) & set(DERIVATION):
-            exec(source, space)  # noqa: S102 - the book's own cells
+    """Many points on a bend have the distances and misfits that they derive."""
+    space = PAGE.bound
     along = (np.arange(4000) + 0.5) / 2000 - 1
     for turned in (0.05, 0.4):
         z = 3 + along * 1.5 * np.cos(turned) - 1j * (np.abs(along) * 1.5 * np.sin(turned) - 2)
@@ -41,19 +31,7 @@ def test_derivation_is_what_the_reference_computes():
     np.testing.assert_allclose(np.mean(residual**2) * 1.3, float(space["least"].subs(values)), rtol=1e-3)
 
 
-def test_derivation_cells_assert():
-    """Each step of the derivation is followed by assertions."""
-    for tag in DERIVATION:
-        assert any("assert " in source for tags, source in code_cells() if tag in tags)
-
-
 def test_the_page_does_not_answer_the_notebook():
     """Nothing on the page is about a step between two parallel walls."""
-    text = PAGE.read_text(encoding="utf-8")
-    assert "parallel walls" not in text
-    assert not any("atan2" in source for _, source in code_cells())
-
-
-def test_the_page_links_its_notebook():
-    """The page has a download link to the released notebook."""
-    assert "</notebooks/line-extraction/split-and-merge.ipynb>" in PAGE.read_text(encoding="utf-8")
+    assert "parallel walls" not in PAGE.text
+    assert not any("atan2" in source for source in PAGE.code)
