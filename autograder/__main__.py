@@ -12,20 +12,21 @@ its work (no sandbox); 2 where the request was wrong. Errors are one or a few li
 * `schema`: 1.
 * `notebooks`: a list in the order of the request, each with
     * `file`, `assignment`, `notebook`: strings;
-    * `score`, `points`: numbers, what the grader gave and could have given;
+    * `score`, `points`: numbers, what the grader gave and could have given; extra credit adds to `score` alone;
     * `waiting`: number, the points that a person has yet to decide on;
     * `notices`: strings, what had to be mended in the file before it could be graded;
     * `versions`: object of strings: `run`, `release`, `checks`, `environment`;
     * `cells`: a list in the order of the notebook, each with
         * `name`: string, the cell's grade id;
         * `score`: number, or null where a person decides;
-        * `points`: number;
+        * `points`: number; 0 where the cell gives extra credit;
         * `report`: string, what the test says: what feedback shows a student;
         * `diagnoses`: strings, the mistakes that were recognised;
         * `flagged`: string, why the grader could not judge the cell; empty where it could.
 
 `--format gradescope` is a `results.json` of Gradescope's autograders: one submission, so one notebook of a kind. Its
-`score` is the sum of the tests that have a score; a cell that a person marks is a test without one, and says so.
+`score` is the sum of the tests that have a score; a cell that a person marks is a test without one, and says so, and so
+is extra credit that was not earned. What was earned is a test of `max_score` 0.
 
 Usage: `python -m autograder regrade ASSIGNMENT [--dry-run]`
 
@@ -78,8 +79,8 @@ def _paragraphs(grade: NotebookGrade) -> str:
         *(f"  Note: {notice}" for notice in grade.notices),
     ]
     for cell in grade.cells:
-        score = "  -" if cell.score is None else f"{cell.score:g}"
-        lines += ["", f"  {cell.name}: {score.strip()} of {cell.points:g}"]
+        score = "-" if cell.score is None else f"{cell.score:g}"
+        lines += ["", f"  {cell.name}: {score} " + (f"of {cell.points:g}" if cell.points else "extra")]
         lines += [f"    {line}" for line in _body(cell).splitlines()]
     return "\n".join(_CONTROL.sub("", line) for line in lines)
 
@@ -149,7 +150,7 @@ def _test(cell: CellGrade, prefix: str) -> dict[str, Any]:
         "output_format": "text",
         "visibility": "visible",
     }
-    if cell.score is None:  # Gradescope shows a test without a score as a remark
+    if cell.score is None or not (cell.score or cell.points):  # a test without a score is shown as a remark
         return found
     status = "passed" if cell.score >= cell.points else "failed"
     return found | {"score": cell.score, "max_score": cell.points, "status": status}

@@ -39,8 +39,6 @@ PARTS = {
 }
 # The parts that no notebook covers yet, or not in full. Whoever writes one takes its parts out.
 NOT_YET = {
-    "Stanford AA274A, problem set 4 (2021)": {*PARTICLES, "3, extra credit"},
-    "Stanford AA274A, problem set 4 (2020), the derivations": {*PARTICLES},
     "Michigan ROB530, homework 5": {"1 (C)", "1 (D)", "2", "bonus"},
 }
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 NAME = "ekf-localization/motion-model.ipynb"
 RELEASED = sorted(path.relative_to(ROOT / "notebooks") for path in (ROOT / "notebooks").glob("*/*.ipynb"))
 LONGEST = 10
-IMPORTS = {"roboloc", "numpy", "sympy", "matplotlib"}
+IMPORTS = {"roboloc", "numpy", "sympy", "matplotlib", "warnings"}
 
 
 @pytest.fixture(scope="module")
@@ -114,7 +114,7 @@ def test_cells_are_short(path, built):
 
 @pytest.mark.parametrize("path", RELEASED, ids=str)
 def test_students_need_only_what_they_may_import(path):
-    """The released cells import roboloc and, of the rest, numpy, sympy and matplotlib at most."""
+    """The released cells import roboloc and, of the rest, numpy, sympy, matplotlib and warnings at most."""
     cells = [cell.source for cell in read(ROOT / "notebooks" / path).cells if cell.cell_type == "code"]
     found = set()
     for node in (node for source in cells for node in ast.walk(ast.parse(source))):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +12,7 @@ from nbclient import NotebookClient
 from nbclient.exceptions import CellExecutionError
 
 import notebooks
+from autograder.roles import EXTRA
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -53,6 +54,8 @@ class Worked:
         The tags of the derivation's cells on that page, in order.
     points : dict of str to int
         Points of its graded cells, tests and written answers, in order.
+    extra : dict of str to int
+        What its cells of 0 points give as extra credit.
     """
 
     assignment: str
@@ -60,6 +63,7 @@ class Worked:
     page: str
     tags: tuple[str, ...]
     points: dict[str, int]
+    extra: dict[str, int] = field(default_factory=dict)
 
     def source(self) -> NotebookNode:
         """Return the source notebook, made anew."""
@@ -97,9 +101,12 @@ class Worked:
         notebook = self.source()
         cells = {meta(cell)["grade_id"]: cell for cell in notebook.cells if meta(cell)}
         graded = {name: meta(cell)["points"] for name, cell in cells.items() if meta(cell)["grade"]}
-        assert graded == self.points
+        assert graded == self.points | dict.fromkeys(self.extra, 0)
         for name, points in graded.items():
-            if name.endswith("-test"):
+            if name in self.extra:
+                assert f"Extra credit ({self.extra[name]} points)" in cells[name].source
+                assert f"extra={self.extra[name]})" in cells[name].source
+            elif name.endswith("-test"):
                 assert f"Tested here ({points} points)" in cells[name].source
                 assert f"points={points})" in cells[name].source
             else:
@@ -107,6 +114,8 @@ class Worked:
                 assert meta(question)["task"]
                 assert f"({points} points, marked by a person)" in question.source
         assert f"{sum(graded.values())} points in all" in notebook.cells[0].source
+        credit = f"{sum(self.extra.values())} points of extra credit"
+        assert (credit in notebook.cells[0].source) == bool(self.extra)
 
     def mark_schemes(self) -> dict[str, list[int]]:
         """Return the points of the parts of each written question, having asserted that they add up."""
@@ -130,13 +139,17 @@ class Worked:
         assert all(meta(cell)["locked"] and cell.metadata.editable is False for cell in cells)
 
     def hold_full_marks(self, executed: NotebookNode, pictures: int) -> None:
-        """Assert that each hidden test of an executed notebook gives its points, and how much is drawn."""
-        scores = {}
+        """Assert that each hidden test of an executed notebook gives its points and extra credit, and what is drawn."""
+        scores, extra = {}, {}
         for cell in executed.cells:
             if meta(cell).get("grade") and cell.cell_type == "code":
                 (result,) = [output for output in cell.outputs if output.output_type == "execute_result"]
                 scores[meta(cell)["grade_id"]] = float(result.data["text/plain"])
-        assert scores == {name: points for name, points in self.points.items() if name.endswith("-test")}
+                given = [output.data[EXTRA] for output in cell.outputs if EXTRA in output.get("data", {})]
+                extra |= {meta(cell)["grade_id"]: credit["earned"] for credit in given}
+        tested = {name: points for name, points in self.points.items() if name.endswith("-test")}
+        assert scores == tested | dict.fromkeys(self.extra, 0)
+        assert extra == self.extra
         outputs = outputs_of(executed)
         assert sum("image/png" in output.get("data", {}) for output in outputs) == pictures
         assert not [output for output in outputs if output.output_type == "error"]

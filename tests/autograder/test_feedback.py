@@ -6,10 +6,12 @@ from __future__ import annotations
 
 import nbformat
 import pytest
+from nbconvert import HTMLExporter
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_output
 
 from autograder.feedback import PLACEHOLDER, LeakFreeFeedback
 from autograder.repair import NOTICE
+from autograder.vectorised import ExtraReport
 
 HIDDEN = "### BEGIN HIDDEN TESTS\nassert f(987654) == 123456\n### END HIDDEN TESTS"
 INFO = {"grade": True, "locked": True, "solution": False, "grade_id": "t", "points": 1, "schema_version": 3}
@@ -73,6 +75,16 @@ def test_what_a_student_may_know():
     assert cell.outputs[2].evalue == "name 'f' is not defined"
     assert "123456" not in str(cell)
     assert cell.outputs[3].evalue == "it ended its own process"
+
+
+def test_extra_credit_is_said():
+    """What a stage without loops has earned is on the page, in words."""
+    report = ExtraReport("mcl.transition_model", 2.0, 2.0, ("Both the text and the count of lines say so.",))
+    outputs = [new_output("display_data", data=report.bundle())]
+    notebook = shown("# Extra credit (2 points).\n" + HIDDEN, outputs)
+    page, _ = HTMLExporter().from_notebook_node(notebook)
+    assert "without loops over particles: 2 of 2 extra points" in page
+    assert "123456" not in page
 
 
 def test_visible_tests_and_other_cells_stay():

@@ -138,6 +138,27 @@ def test_gradescope_results(grades):
     assert "score" not in why
 
 
+def test_extra_credit_adds_to_the_score_alone(grades):
+    """What was earned beyond the points is a test of 0 points, what was not earned a remark, in every form."""
+    cells = [
+        CellGrade(name, score, 0.0, f"{score:g} of 2 extra points")
+        for name, score in (("a", 2.0), ("b", 0.0))
+    ]
+    grade = replace(grades[0], cells=(*grades[0].cells, *cells))
+    assert (grade.score, grade.points) == (grades[0].score + 2, grades[0].points)
+    text = command.as_text([grade])
+    assert "  a: 2 extra\n    2 of 2 extra points" in text
+    assert "  b: 0 extra\n    0 of 2 extra points" in text
+    (shown,) = json.loads(command.as_json([grade]))["notebooks"]
+    assert [(cell["score"], cell["points"]) for cell in shown["cells"][-2:]] == [(2, 0), (0, 0)]
+    result = json.loads(command.as_gradescope([grade]))
+    earned, missed = result["tests"][-2:]
+    assert result["score"] == sum(test.get("score", 0) for test in result["tests"]) == grade.score
+    assert (earned["score"], earned["max_score"], earned["status"]) == (2, 0, "passed")
+    assert not {"score", "max_score", "status"} & missed.keys()
+    assert missed["output"] == "0 of 2 extra points"
+
+
 def test_recognised_mistakes_are_listed():
     """A misconception of the motion model is named in the list of diagnoses, and its report stays."""
     with grading_run(secret="a course", publish=lambda _: None):  # noqa: S106

@@ -211,17 +211,20 @@ def unwritten(*arguments):
     raise NotImplementedError
 
 
+WRITTEN = r" \(it is written in the notebook monte-carlo-localization\)"
+
+
 @pytest.mark.parametrize(
     ("stage", "why"),
     [
         (None, "not supplied$"),
-        (unwritten, "not written yet$"),
-        (lambda *_: None, "returns None: not written yet, or without return$"),
+        (unwritten, f"not written yet{WRITTEN}$"),
+        (lambda *_: None, f"returns None: not written yet, or without return{WRITTEN}$"),
     ],
 )
 @pytest.mark.parametrize("name", list(STAGES))
 def test_a_missing_stage_is_named_and_its_result_is_not_replaced(name, stage, why):
-    """A stage that is absent, unwritten or silent is an error with its name, and points to no other notebook."""
+    """A stage that is absent, unwritten or silent is an error with its name, and with that of its notebook."""
     pf = make(**{name: stage})
     with pytest.raises(MissingStageError, match=f"^stage {name}: {why}"):
         pf.transition_update([1.0, 0.0], 0.1) if name == "transition_model" else pf.measurement_update(Z, Q)

@@ -1,5 +1,6 @@
 """The particle filter of a robot that sees lines and has a map of them."""
 
+from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -64,6 +65,19 @@ class MonteCarloLocalization(ParticleFilter):
     >>> mcl.x.tolist()
     [1.0, 0.0, 0.0]
     """
+
+    notebooks = MappingProxyType(
+        dict.fromkeys(
+            (
+                "transition_model",
+                "compute_predicted_measurements",
+                "compute_innovations",
+                "measurement_weights",
+                "systematic_resample",
+            ),
+            "monte-carlo-localization",
+        )
+    )
 
     def __init__(
         self,
