@@ -212,7 +212,10 @@ class Mirror:
         if kind not in ("value", "raised") or type(changed) is not list or type(printed) is not str:
             raise wire.WireError("an answer of another kind")
         for place, new in changed:
-            _update(args[place] if type(place) is int else kwargs[place], wire.decode(new))
+            if not _update(args[place] if type(place) is int else kwargs[place], wire.decode(new)):
+                self.refuse(
+                    "the call changed type, size or content of an argument to what cannot be shown to the test"
+                )
         if kind == "value":
             return wire.decode(body, lambda ref: Remote(self, ref, "", self.process)), None, printed
         if [type(item) for item in body] != [str, str, str, str, int, str]:
@@ -275,15 +278,20 @@ def _is_ref(encoded: object) -> bool:
     return type(wire.decode(encoded)) is wire.Ref
 
 
-def _update(target: Any, new: Any) -> None:
-    """Do to an argument what the call did to its copy."""
+def _update(target: Any, new: Any) -> bool:
+    """Do to an argument what the call did to its copy; return whether that can be done."""
     import numpy as np  # noqa: PLC0415
 
     if type(target) is not type(new):
-        return
+        return False
     if isinstance(target, np.ndarray):
-        if target.flags.writeable and target.shape == new.shape and target.dtype == new.dtype:
-            target[...] = new
+        if target.shape != new.shape or target.dtype != new.dtype:
+            return False
+        if not target.flags.writeable:
+            return target.tobytes() == new.tobytes()
+        target[...] = new
+    elif isinstance(target, tuple):
+        return len(target) == len(new) and all(map(_update, target, new))
     elif isinstance(target, (list, bytearray)):
         target[:] = new
     elif isinstance(target, (dict, set)):
@@ -291,6 +299,7 @@ def _update(target: Any, new: Any) -> None:
         target.update(new)
     elif isinstance(target, np.random.Generator):
         target.bit_generator.state = new.bit_generator.state
+    return True
 
 
 @cache

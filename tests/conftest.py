@@ -11,6 +11,7 @@ LONGEST = (
     "tests/autograder/test_same_as_stock.py",
     "tests/book/test_book_pages.py",
     "tests/autograder/test_parallel.py",
+    "tests/autograder/test_hostile.py",
     "tests/test_our_student_kit.py",
     "tests/autograder/test_exchange.py",
     "tests/roboloc_reference/test_mcl_runs.py",

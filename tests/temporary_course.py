@@ -11,7 +11,7 @@ import shutil
 import subprocess
 import sys
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import nbformat
@@ -81,15 +81,16 @@ class Course:
     """A course in a folder."""
 
     root: Path
+    limits: dict = field(default_factory=dict)  # of `IsolatedExecute`, where not its own
 
     @classmethod
-    def create(cls, root):
-        """Make the course and release its assignment."""
-        course = cls(root)
+    def create(cls, root, notebook=None, **limits):
+        """Make the course and release its assignment: the notebook above, or another one."""
+        course = cls(root, limits)
         folder = root / "source" / ASSIGNMENT
         folder.mkdir(parents=True)
         (root / "nbgrader_config.py").write_text(TWO_LINES, encoding="utf-8")
-        nbformat.write(source_notebook(), folder / f"{NOTEBOOK}.ipynb")
+        nbformat.write(notebook or source_notebook(), folder / f"{NOTEBOOK}.ipynb")
         with course.api() as api:
             result = api.generate_assignment(ASSIGNMENT)
         assert result["success"], result.get("log", "") + result.get("error", "")
@@ -98,7 +99,7 @@ class Course:
     def copy(self, root):
         """Return a course that has what this one has, in another folder."""
         shutil.copytree(self.root, root)
-        return Course(root)
+        return Course(root, self.limits)
 
     @property
     def db_url(self):
@@ -113,6 +114,7 @@ class Course:
         config.CourseDirectory.root = str(self.root)
         config.CourseDirectory.assignment_id = ASSIGNMENT
         config.ParallelAutograde.update({"jobs": 1} | options)
+        config.IsolatedExecute.update(self.limits)
         path, here = os.environ.get("PATH", ""), Path.cwd()
         os.environ["PATH"] = environment()["PATH"]
         os.chdir(self.root)
@@ -182,3 +184,8 @@ class Course:
                 }
                 for submission in gradebook.assignment_submissions(ASSIGNMENT)
             }
+
+
+def printed(notebook):
+    """Return what the cells of a notebook printed."""
+    return "".join(o.text for c in notebook.cells for o in c.get("outputs", ()) if o.output_type == "stream")

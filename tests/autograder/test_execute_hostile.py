@@ -94,6 +94,40 @@ def test_hostile_symbolic_answers(execute):
     assert run.scores == [0, 0]
 
 
+@pytest.mark.parametrize(
+    "change",
+    [
+        "x.resize(0, refcheck=False)",
+        "x.shape = (1, -1)",
+        "x.dtype = 'int64'",
+        "x.flags.writeable = True; x[:] = 0",
+        "l[:] = [object()]",
+        "l.append(l)",
+    ],
+)
+def test_no_change_of_an_argument_is_hidden(execute, change):
+    """What a call did to an argument and the test cannot be shown is for a person, not for full marks."""
+    run = execute(
+        ("given", "import numpy as np"),
+        ("answer", f"def f(x, l):\n    {change}\n    return 9", "def f(x, l): ..."),
+        (
+            "test",
+            "x, l = np.ones(2), [1]\nx.flags.writeable = False\nassert f(x, l) == 9 and x.sum() == 2 and l == [1]",
+        ),
+    )
+    assert (run.scores, bool(run.flags[0])) != ([2], False)
+
+
+def test_changes_inside_a_tuple_are_seen(execute):
+    """A list or an array that a call reaches through a tuple is changed for the test too."""
+    run = execute(
+        ("given", "import numpy as np"),
+        ("answer", "def f(t):\n    t[0][0] = 7\n    t[1].append(8)", "def f(t): ..."),
+        ("test", "t = (np.zeros(2), [])\nf(t)\nassert t[0].tolist() == [7, 0] and t[1] == [8]"),
+    )
+    assert run.scores == [2], run.error()
+
+
 # No hidden input comes out.
 
 SECRET = 987654321

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import json
 import os
 import shutil
 import signal
 import subprocess
 import time
-from pathlib import Path
 
 import nbformat
 import pytest
 from nbgrader.converters.base import NbGraderException
-from temporary_course import ASSIGNMENT, GRADED, SQUARE, Course, environment
+from processes import alive, children
+from temporary_course import ASSIGNMENT, GRADED, SQUARE, Course, environment, printed
 
 from autograder.parallel import MARKER, ParallelAutograde
 from autograder.pool import Job, Pool, pack
@@ -107,11 +106,6 @@ def undisturbed(empty, tmp_path_factory):
     return course
 
 
-def printed(notebook):
-    """Return what the cells of a notebook printed."""
-    return "".join(o.text for c in notebook.cells for o in c.get("outputs", ()) if o.output_type == "stream")
-
-
 def test_every_grade_cell_of_everybody_has_a_row(undisturbed):
     """Whatever was handed in, right, hostile or malformed, each graded cell has its row and its expected score."""
     rows = undisturbed.rows()
@@ -158,28 +152,6 @@ def test_interrupted_submission_is_graded_again_and_finished_ones_are_not(undist
     assert course.rows() == undisturbed.rows()
     assert not (course.folder("honest", "autograded") / MARKER).exists()
     assert not (course.folder("honest", "autograded") / "left-over").exists()
-
-
-def children(pid):
-    """Return the processes below a process."""
-    found = []
-    for path in Path("/proc").glob("[0-9]*/stat"):
-        with contextlib.suppress(OSError):
-            fields = path.read_text().rpartition(")")[2].split()
-            if int(fields[1]) == pid:
-                child = int(path.parent.name)
-                found += [child, *children(child)]
-    return found
-
-
-def alive(pids):
-    """Return which processes still run."""
-    found = []
-    for pid in pids:
-        with contextlib.suppress(OSError):
-            if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX":
-                found.append(pid)
-    return found
 
 
 def wait_for(condition, seconds=60.0):
