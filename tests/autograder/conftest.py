@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import os
 from dataclasses import dataclass
 
 import nbformat
 import pytest
 from nbformat.v4 import new_code_cell, new_notebook
 from nbgrader.utils import determine_grade
+from starts import STARTS
 
 from autograder.execute import Execution
 from autograder.grading import grading_run
@@ -55,6 +57,37 @@ def no_shell_stays():
 def limits():
     """Return the small limits of these tests."""
     return LIMITS
+
+
+@pytest.fixture(scope="module", params=STARTS)
+def either(request, sandbox):
+    """Give the sandbox as it starts here, and as it starts for a grader who is not root."""
+    if request.param != "user":
+        yield sandbox if request.param == "as it is" else request.getfixturevalue("unfiltered")
+        return
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "geteuid", lambda: 1000)
+        running = Sandbox()
+    with running:
+        assert running.mode == "user"
+        yield running
+
+
+@pytest.fixture
+def inside(either, limits):
+    """Run one cell in a new notebook of either sandbox and return what it printed."""
+    sessions = []
+
+    def run(source, files=None):
+        session = Session(either, limits, files)
+        sessions.append(session)
+        result = session.cell(source)
+        assert result.succeeded, (result.ended, result.outputs)
+        return "".join(o["text"] for o in result.outputs if o["output_type"] == "stream")
+
+    yield run
+    for session in sessions:
+        session.close()
 
 
 @pytest.fixture

@@ -1,19 +1,15 @@
-"""The sandbox from inside: what is not there cannot be reached, and nothing is left of a notebook."""
+"""The sandbox from inside: what is not there cannot be reached, and where nothing can be shut off nothing starts."""
 
 # ruff: noqa: ARG005, E501  (stand-ins take what the real ones take)
 
 from __future__ import annotations
 
-import contextlib
 import os
-import socket
-import subprocess
 import sys
-import threading
-import time
 from pathlib import Path
 
 import pytest
+from starts import UNFILTERED_TOO
 
 import autograder
 import roboloc_reference
@@ -23,151 +19,6 @@ from autograder.session import Session
 from autograder.worker.limits import Limits
 
 REPOSITORY = Path(autograder.__file__).resolve().parents[1]
-
-
-STARTS = ("as it is", "user")
-
-
-@pytest.fixture(scope="module", params=STARTS)
-def either(request, sandbox):
-    """Give the sandbox as it starts here, and as it starts for a grader who is not root."""
-    if request.param != "user":
-        yield sandbox if request.param == "as it is" else request.getfixturevalue("unfiltered")
-        return
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(os, "geteuid", lambda: 1000)
-        running = Sandbox()
-    with running:
-        assert running.mode == "user"
-        yield running
-
-
-@pytest.fixture
-def inside(either, limits):
-    """Run one cell in a new notebook of either sandbox and return what it printed."""
-    sessions = []
-
-    def run(source, files=None):
-        session = Session(either, limits, files)
-        sessions.append(session)
-        result = session.cell(source)
-        assert result.succeeded, (result.ended, result.outputs)
-        return "".join(o["text"] for o in result.outputs if o["output_type"] == "stream")
-
-    yield run
-    for session in sessions:
-        session.close()
-
-
-def owned_by(uid):
-    """Return the processes of a user on this machine."""
-    found = set()
-    for folder in Path("/proc").iterdir():
-        if folder.name.isdigit():
-            with contextlib.suppress(OSError):
-                if folder.stat().st_uid == uid:
-                    found.add(int(folder.name))
-    return found
-
-
-def below(pid):
-    """Return a process and all its descendants on this machine."""
-    parents = {}
-    for folder in Path("/proc").iterdir():
-        if folder.name.isdigit():
-            with contextlib.suppress(OSError, IndexError):
-                parents[int(folder.name)] = int((folder / "stat").read_text().rsplit(")", 1)[1].split()[1])
-    found = {pid}
-    while more := {child for child, parent in parents.items() if parent in found} - found:
-        found |= more
-    return found
-
-
-# No network.
-
-
-@pytest.fixture
-def listeners():
-    """Listen outside on loopback, IPv4 and IPv6, and on an abstract name; collect who comes."""
-    visitors, sockets = [], []
-
-    def listen(family, address):
-        listener = socket.socket(family)
-        listener.bind(address)
-        listener.listen()
-        listener.settimeout(0.1)
-        sockets.append(listener)
-        return listener.getsockname()
-
-    addresses = [
-        (socket.AF_INET, listen(socket.AF_INET, ("127.0.0.1", 0))),
-        (socket.AF_UNIX, listen(socket.AF_UNIX, f"\0listener-{os.getpid()}")),
-    ]
-    with contextlib.suppress(OSError):
-        addresses.append((socket.AF_INET6, listen(socket.AF_INET6, ("::1", 0))))
-    running = threading.Event()
-
-    def accept():
-        while not running.is_set():
-            for listener in sockets:
-                with contextlib.suppress(TimeoutError):
-                    connection, _ = listener.accept()
-                    visitors.append(connection.recv(100))
-                    connection.close()
-
-    thread = threading.Thread(target=accept)
-    thread.start()
-    yield addresses, visitors
-    running.set()
-    thread.join()
-    for listener in sockets:
-        listener.close()
-
-
-CONNECT = """
-import socket
-for family, address in {addresses!r}:
-    try:
-        with socket.socket(family) as s:
-            s.settimeout(2)
-            s.connect(address)
-            s.sendall(b"visit")
-        print("connected")
-    except OSError as error:
-        print(type(error).__name__)
-"""
-
-
-@pytest.mark.parametrize("either", [*STARTS, "without the filter"], indirect=True)
-def test_no_listener_is_reached(inside, listeners):
-    """Listeners outside that anybody here can reach are not reached from inside, by address nor by abstract name."""
-    addresses, visitors = listeners
-    source = CONNECT.format(addresses=[(int(family), address) for family, address in addresses])
-    done = subprocess.run([sys.executable, "-c", source], check=True, capture_output=True, text=True)
-    assert done.stdout.split() == ["connected"] * len(
-        addresses
-    )  # outside it works: the test would see a connection
-    deadline = time.monotonic() + 5
-    while len(visitors) < len(addresses) and time.monotonic() < deadline:
-        time.sleep(0.02)
-    assert visitors == [b"visit"] * len(addresses)
-    assert "connected" not in inside(source)
-    time.sleep(0.3)
-    assert len(visitors) == len(addresses)
-
-
-@pytest.mark.parametrize("either", [*STARTS, "without the filter"], indirect=True)
-def test_no_other_way_out(inside):
-    """There is no interface that is up, no route, no name service, and no raw socket."""
-    printed = inside(
-        "import socket\n"
-        "def attempt(f):\n    try: print('got', f())\n    except OSError: print('no')\n"
-        "attempt(lambda: socket.getaddrinfo('example.org', 80))\n"
-        "attempt(lambda: socket.socket(socket.AF_INET, socket.SOCK_DGRAM).sendto(b'x', ('192.0.2.1', 9)))\n"
-        "attempt(lambda: socket.socket(socket.AF_INET, socket.SOCK_RAW, 1))\n"
-        "attempt(lambda: socket.socket(socket.AF_PACKET, socket.SOCK_RAW))\n"
-    )
-    assert printed.split() == ["no"] * 4
 
 
 # What is there.
@@ -317,7 +168,7 @@ print(os.getuid() != 0, os.geteuid() != 0)
 """
 
 
-@pytest.mark.parametrize("either", [*STARTS, "without the filter"], indirect=True)
+@UNFILTERED_TOO
 def test_no_rights_are_had(inside):
     """No mount, no other user, no device, and no look into the warden's or an earlier state's memory."""
     assert inside(RISE) == "True True\n"
@@ -332,135 +183,6 @@ def test_the_warden_cannot_be_stopped(inside, either, limits):
     result = session.cell("print('on')")
     assert (result.ended, result.outputs[0]["text"]) == ("", "on\n")
     assert session.close()
-
-
-# Nothing is left.
-
-
-def living(pids):
-    """Return the processes that are neither gone nor waiting to be collected."""
-    found = set()
-    for pid in pids:
-        with contextlib.suppress(FileNotFoundError, ProcessLookupError):
-            if " Z " not in (Path("/proc") / str(pid) / "stat").read_text():
-                found.add(pid)
-    return found
-
-
-def test_no_process_is_left(sandbox, limits):
-    """Daemons that left their session and their parent are dead when the notebook has ended, with all its files."""
-    with pytest.MonkeyPatch.context() as patch:
-        uids = []
-        draw = sandbox_.secrets.randbelow
-        patch.setattr(sandbox_.secrets, "randbelow", lambda n: uids.append(draw(n)) or uids[-1])
-        before = below(sandbox.process.pid)
-        session = Session(sandbox, limits)
-    result = session.cell(
-        "import os, subprocess, time\n"
-        "for _ in range(3):\n    if os.fork() == 0:\n        os.setsid()\n        if os.fork() == 0:\n"
-        "            while True: time.sleep(1)\n        os._exit(0)\n"
-        "p = subprocess.Popen(['sleep', '1000'], start_new_session=True)\nopen('/tmp/left', 'w').write('x')"
-    )
-    assert result.succeeded, result
-    if sandbox.mode == "root":
-        assert len(owned_by((1 << 30) + uids[0])) >= 6  # warden, states, three daemons, sleep
-    assert len(below(sandbox.process.pid) - before) >= 6
-    assert session.close()
-    if sandbox.mode == "root":
-        assert owned_by((1 << 30) + uids[0]) == set()
-    # The parent of the warden closes its end a moment before it is dead; then the zygote collects it when next asked.
-    deadline = time.monotonic() + 10
-    while (alive := living(below(sandbox.process.pid) - before)) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert alive == set()
-
-
-SPOIL = """
-import builtins, os, random, sys, numpy as np, math, roboloc.angles
-secret_of_first = 42
-np.first = 1; builtins.first = 1; math.pi = 3; os.environ["FIRST"] = "1"; np.random.seed(0); random.seed(0)
-roboloc.angles.wrap = None; sys.path.append("/first"); sys.modules["first"] = np; np.sin = np.cos
-for place in (".", "/tmp", "/dev/shm"):
-    open(os.path.join(place, "first"), "w").write("x")
-os.umask(0); os.nice(3)
-"""
-LOOK = """
-import builtins, os, sys, math, numpy as np, roboloc.angles
-print("secret_of_first" in globals(), hasattr(np, "first"), hasattr(builtins, "first"), math.pi == 3,
-      "FIRST" in os.environ, roboloc.angles.wrap is None, "/first" in sys.path, "first" in sys.modules,
-      float(np.sin(0.0)) == 1, any(os.path.exists(p) for p in ("first", "/tmp/first", "/dev/shm/first")),
-      os.umask(0o22) == 0, os.nice(0) == 3)
-"""
-
-
-def test_a_second_notebook_sees_nothing_of_the_first(inside):
-    """Variables, patched modules, environment, files and process settings of one notebook are not in the next."""
-    inside(SPOIL)
-    assert inside(LOOK).split() == ["False"] * 12
-
-
-def test_notebooks_at_the_same_time_do_not_meet(either, limits):
-    """Two open notebooks see neither each other's files, processes, shared memory nor sockets."""
-    first, second = Session(either, limits), Session(either, limits)
-    made = first.cell(
-        "import socket, os\nfrom multiprocessing import shared_memory\nopen('/tmp/first', 'w').close()\n"
-        "open('/dev/shm/first', 'w').write('x')\nprint(os.getuid())"
-    )
-    assert made.succeeded, made
-    seen = second.cell(
-        "import os\ndef alive(pid):\n    try:\n        os.kill(pid, 0)\n        return True\n"
-        "    except ProcessLookupError:\n        return False\n    except PermissionError:\n        return True\n"
-        "print(os.getuid())\n"
-        "print(sorted(os.listdir('/tmp') + os.listdir('/dev/shm')), [p for p in range(1, 400) if alive(p)])"
-    )
-    uid, rest = seen.outputs[0]["text"].split("\n", 1)
-    assert rest.startswith("[] [1, 2, 3]")  # warden, first state, this cell
-    if either.mode == "root":
-        assert uid != made.outputs[0]["text"].strip()
-    first.close()
-    second.close()
-
-
-def test_a_killing_notebook_leaves_the_other_alone(either, limits):
-    """A notebook that kills everything it can reach does not disturb one that runs beside it."""
-    first, second = Session(either, limits), Session(either, limits)
-    second.cell("x = 5")
-    first.cell("import os; os.kill(-1, 9)")
-    result = second.cell("print(x)")
-    assert result.outputs[0]["text"] == "5\n"
-    assert first.close()
-    assert second.close()
-
-
-def test_a_full_error_channel_does_not_stop_the_next_notebook(either, limits):
-    """Whatever a notebook writes to the process's own standard error, another one can still write there."""
-    for _ in range(2):
-        session = Session(either, limits)
-        result = session.cell(
-            "import os\nfor _ in range(40): os.write(2, b'x' * 4096); os.write(1, b'x' * 4096)"
-        )
-        assert result.succeeded, result
-        session.close()
-
-
-def test_standard_input_is_empty(inside):
-    """Nothing can be read from standard input, and asking for input is an error at once."""
-    assert inside("import os; print(os.read(0, 10))") == "b''\n"
-
-
-def test_end_of_the_sandbox_ends_everything(limits):
-    """Closing the sandbox ends the processes of every notebook that is still open."""
-    sandbox = Sandbox()
-    session = Session(sandbox, limits)
-    session.cell("import os, time\nif os.fork() == 0:\n    os.setsid(); time.sleep(1000)")
-    inside = below(sandbox.process.pid)
-    assert len(inside) > 5
-    sandbox.close()
-    session.channel.close()
-    deadline = time.monotonic() + 10
-    while any((Path("/proc") / str(pid)).exists() for pid in inside) and time.monotonic() < deadline:
-        time.sleep(0.05)
-    assert [pid for pid in inside if (Path("/proc") / str(pid)).exists()] == []
 
 
 # Starting, and failing to.

@@ -3,48 +3,33 @@
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import assume, given, settings
+from hypothesis import assume, given
 from hypothesis import strategies as st
+from line_states import (
+    DT,
+    MAP,
+    TF,
+    a_line,
+    controls,
+    few,
+    law,
+    minus,
+    mountings,
+    poses,
+    random_covariance,
+    random_state,
+    seeds,
+    with_map,
+)
 from oracles import DIGITS, dynamics, finite_difference, read_only
-from scipy.stats import norm
 
-from roboloc.angles import difference, wrap
+from roboloc.angles import difference
 from roboloc.simulation import figure_eight, simulate_motion
-from roboloc.worlds import arena
 from roboloc_reference import lines
 from roboloc_reference.association import compute_innovations, measurement_model
 from roboloc_reference.gaussian import measurement_update, transition_update
 from roboloc_reference.motion import compute_dynamics
 from roboloc_reference.slam import augment, compute_predicted_measurements, transition_model
-
-law = settings(deadline=None, derandomize=True)
-few = settings(law, max_examples=40)
-position = st.floats(-10, 10)
-a_line = st.tuples(st.floats(-np.pi, np.pi), st.floats(0, 10))
-poses = st.tuples(position, position, st.floats(-7, 7))
-controls = st.tuples(st.floats(-2, 2), st.floats(-3, 3))
-mountings = st.tuples(st.floats(-1, 1), st.floats(-1, 1), st.floats(-np.pi, np.pi))
-seeds = st.integers(0, 999)
-
-MAP, TF, DT = arena().map_lines, np.array([0.12, -0.05, 0.2]), 0.1
-
-
-def random_state(rng, J):
-    """Draw a pose and J lines."""
-    map_lines = np.array([rng.uniform(-np.pi, np.pi, J), rng.uniform(0, 10, J)])
-    return np.concatenate([rng.uniform(-5, 5, 3), map_lines.T.ravel()])
-
-
-def random_covariance(rng, n, size=1.0):
-    """Draw a covariance with correlations everywhere."""
-    root = rng.normal(size=(n, n))
-    return size**2 * (root @ root.T / n + 0.1 * np.eye(n))
-
-
-def with_map(x, map_lines=MAP):
-    """Return the state of a pose and a map."""
-    return np.concatenate([x, np.asarray(map_lines).T.ravel()])
-
 
 # ---------------------------------------------------------------- 50 digits
 
@@ -92,11 +77,6 @@ def exact(line, x, tf, *, outwards):
             return float(mp.diff(moved, values[i]))
 
         return np.array(h), np.array([[slope(i, entry) for i in range(5)] for entry in (0, 1)])
-
-
-def minus(a, b):
-    """Return a - b of two lines, the angle on the circle."""
-    return np.array([difference(a[0], b[0]), a[1] - b[1]])
 
 
 @few
@@ -270,174 +250,6 @@ def test_little_turning_and_no_time(omega, dt):
         np.testing.assert_array_equal(g, x)
         np.testing.assert_array_equal(Gx, np.eye(x.size))
         np.testing.assert_array_equal(Gu, 0.0)
-
-
-# ---------------------------------------------------------------- a new line
-
-
-@law
-@given(a_line, poses, mountings, st.integers(0, 4), seeds)
-def test_a_new_line_is_predicted_where_it_was_seen(z, pose, tf, J, seed):
-    """Once in the state, a line is predicted as it was seen, and it is written with r >= 0, alpha in [-pi, pi)."""
-    rng = np.random.default_rng(seed)
-    x = np.concatenate([pose, random_state(rng, J)[3:]])
-    Sigma, Q = random_covariance(rng, x.size), random_covariance(rng, 2)
-    grown, Grown = augment(x, Sigma, z, Q, tf)
-    np.testing.assert_array_equal(grown[:-2], x)
-    np.testing.assert_array_equal(Grown[:-2, :-2], Sigma)
-    np.testing.assert_array_equal(Grown, Grown.T)
-    assert -np.pi <= grown[-2] < np.pi
-    assert grown[-1] >= 0
-    hs, Hs = compute_predicted_measurements(grown, tf, fixed=0)
-    foot, seen = (r * np.array([np.cos(a), np.sin(a)]) for a, r in (hs[:, J], z))
-    np.testing.assert_allclose(foot, seen, atol=1e-12)
-    assume(z[1] > 1e-9)
-    assert np.abs(minus(hs[:, J], z)).max() < 1e-12
-
-    # What is predicted of it has the covariance Q of the observation, and nothing to do with the old state.
-    H = Hs[J]
-    scale = 1 + np.abs(Grown).max() * np.abs(H).max()
-    np.testing.assert_allclose(H @ Grown @ H.T, Q, atol=1e-11 * scale)
-    np.testing.assert_allclose(H @ Grown[:, :-2], 0.0, atol=1e-11 * scale)
-
-
-def test_a_new_line_against_monte_carlo():
-    """The covariance of 100,000 drawn states and observations is the one claimed; false alarm 1e-3 in all."""
-    # The errors are small, so that the second order is far below the bands, which are Bonferroni's for the 28
-    # entries of both covariances, each with the variance S_ii S_jj + S_ij**2 over the runs. In the second case
-    # the wall is between origin and scanner, so that the line is normalised.
-    rng = np.random.default_rng(3)
-    runs, size = 100_000, 1e-4
-    for z in ([0.7, 1.5], [2.9, 0.4]):
-        x = np.array([1.0, 2.0, 0.4, -1.0, 3.0])
-        Sigma, Q = random_covariance(rng, 5, size), random_covariance(rng, 2, size)
-        grown, claimed = augment(x, Sigma, z, Q, TF)
-        states = rng.multivariate_normal(x, Sigma, runs)
-        seen = rng.multivariate_normal(z, Q, runs)
-        zero, none = np.zeros((3, 3)), np.zeros((2, 2))
-        new = np.array(
-            [augment(s[:3], zero, o, none, TF)[0][3:] for s, o in zip(states[:4], seen[:4], strict=True)]
-        )
-        drawn = drawn_lines(states, seen)
-        np.testing.assert_allclose(drawn[:4], new, atol=1e-12)  # what is drawn is what enters
-        errors = np.hstack([states, drawn]) - grown
-        errors[:, [3, 5]] = wrap(errors[:, [3, 5]])
-        found = errors.T @ errors / runs
-        variance = np.diag(claimed)
-        spread = np.sqrt((np.outer(variance, variance) + claimed**2) / runs)
-        limit = norm.isf(1e-3 / 2 / 28 / 2)
-        assert np.abs((found - claimed) / spread).max() < limit
-
-        forgotten = claimed.copy()  # the fault C10 of ERRATA: no cross-covariance
-        forgotten[5:, :5] = forgotten[:5, 5:] = 0.0
-        assert np.abs((found - forgotten) / spread).max() > 10 * limit
-
-
-def drawn_lines(states, seen):
-    """Return the world's lines (N, 2) for states and observations, from the nearest and one more point."""
-    p = seen[:, 1] * np.exp(1j * seen[:, 0])
-    q = p + 1j * np.exp(1j * seen[:, 0])
-    for x, y, theta in (TF[:, None], states[:, :3].T):
-        p, q = (w * np.exp(1j * theta) + x + 1j * y for w in (p, q))
-    normal = -1j * (q - p)
-    r = (p * normal.conj()).real
-    normal = np.where(r < 0, -normal, normal)
-    return np.stack([np.angle(normal), np.abs(r)], axis=1)
-
-
-def test_a_line_beyond_the_origin_is_normalised():
-    """A wall between robot and origin, seen ahead of a robot that looks away from it, changes its sign."""
-    x, Sigma = augment(
-        [3.0, 0.0, 0.0], np.diag([0.04, 0.0, 0.0]), [np.pi, 4.0], np.diag([0.0, 0.01]), [0, 0, 0]
-    )
-    np.testing.assert_allclose(x[3:], [-np.pi, 1.0], atol=1e-12)
-    assert Sigma[0, 4] == pytest.approx(
-        -0.04
-    )  # the robot farther to the right, the wall nearer to the origin
-    assert Sigma[4, 4] == pytest.approx(0.05)
-
-
-@pytest.mark.parametrize("zero", [0.0, -0.0])
-def test_a_line_through_the_scanner_or_the_origin(zero):
-    """A line with r = 0 of either sign, seen or in the world, keeps its angle, and r is never -0."""
-    x, _ = augment([0.0, 0.0, 0.3], np.eye(3), [0.2, zero], np.eye(2), [0.0, 0.0, 0.0])
-    assert x[3:].tolist() == [0.5, 0.0]
-    assert not np.signbit(x[4])
-    hs, Hs = compute_predicted_measurements([0.0, 0.0, 0.0, 0.5, zero], [0.0, 0.0, 0.0], fixed=0)
-    assert hs.tolist() == [[0.5], [0.0]]
-    assert not np.signbit(hs).any()
-    assert Hs[0, :, 3:].tolist() == [[1.0, 0.0], [0.0, 1.0]]
-
-
-def test_the_covariance_of_a_grown_state_is_one():
-    """However many lines enter, even with a singular Q or a certain pose, no eigenvalue is below the rounding."""
-    rng = np.random.default_rng(11)
-    for pose_size, Q in ((0.0, np.eye(2)), (0.3, np.zeros((2, 2))), (0.3, np.diag([1e-12, 1.0]))):
-        x, Sigma = np.array([2.0, -1.0, 0.5]), random_covariance(rng, 3, pose_size)
-        for _ in range(20):
-            x, Sigma = augment(x, Sigma, [rng.uniform(-3, 3), rng.uniform(0, 5)], Q, TF)
-        eigenvalues = np.linalg.eigvalsh(Sigma)
-        assert eigenvalues[0] >= -x.size * np.finfo(float).eps * eigenvalues[-1]
-
-
-# ---------------------------------------------------------------- whole runs
-
-
-def run(truth, us, x, Sigma, Q, fixed):
-    """Drive SLAM without noise, all lines seen, those not known entering; return state, covariance, worst error."""
-    worst = 0.0
-    for u, pose in zip(us, truth[1:], strict=True):
-        x, Sigma = transition_update(*transition_model(x, u, DT), Sigma, 1e-3 * np.eye(2), DT)
-        z_raw = lines.compute_predicted_measurements(pose, MAP, TF)[0]
-        v, Qs, H = compute_innovations(
-            z_raw, [Q] * MAP.shape[1], *compute_predicted_measurements(x, TF, fixed), Sigma, 3.0
-        )
-        assert x.size == 3 or len(v) == MAP.shape[1]
-        x, Sigma = measurement_update(x, Sigma, *measurement_model(v, Qs, H))
-        if x.size == 3:
-            for z in z_raw.T:
-                x, Sigma = augment(x, Sigma, z, Q, TF)
-        worst = max(worst, np.abs(errors(x, pose)).max())
-    return x, Sigma, worst
-
-
-def errors(x, pose):
-    """Return the error of a state, angles on the circle."""
-    error = x - with_map(pose)
-    error[2] = wrap(error[2])
-    error[3::2] = wrap(error[3::2])
-    return error
-
-
-def test_noiseless_run_from_the_map_has_no_error():
-    """From the true map and pose, uncertain as they are, a figure-eight in the arena stays true to 1e-9."""
-    us = figure_eight()
-    truth = simulate_motion([0.2, 0.0, 0.0], us, DT)
-    Sigma = np.diag(np.r_[[1e-3] * 3, [0.0] * 4, [1e-3] * 8])
-    assert run(truth, us, with_map(truth[0]), Sigma, 1e-4 * np.eye(2), fixed=2)[2] < 1e-9
-
-
-def test_noiseless_run_from_no_map_has_no_error():
-    """From a start that is known, all lines enter when first seen, and pose and map stay true to 1e-9."""
-    us = figure_eight()
-    truth = simulate_motion([0.2, 0.0, 0.0], us, DT)
-    x, Sigma, worst = run(truth, us, truth[0], np.zeros((3, 3)), 1e-4 * np.eye(2), fixed=0)
-    assert x.size == 3 + 2 * MAP.shape[1]
-    assert worst < 1e-9
-    assert np.linalg.eigvalsh(Sigma)[0] > 0
-
-
-def test_a_wrong_map_is_put_right():
-    """With two lines certain and four wrong by some centimetres and degrees, pose and map end within 1 mm and mrad."""
-    rng = np.random.default_rng(2)
-    us = figure_eight()
-    truth = simulate_motion([0.2, 0.0, 0.0], us, DT)
-    x = with_map(truth[0]) + np.r_[[0.02, -0.02, 0.01], [0.0] * 4, rng.normal(0, 0.03, 8)]
-    Sigma = np.diag(np.r_[[0.03] * 3, [0.0] * 4, [0.05] * 8]) ** 2
-    assert np.abs(errors(x, truth[0])).max() > 0.02
-    x, Sigma, _ = run(truth, us, x, Sigma, 1e-4 * np.eye(2), fixed=2)
-    assert np.abs(errors(x, truth[-1])).max() < 1e-3
-    np.testing.assert_array_equal(x[3:7], MAP.T.ravel()[:4])
 
 
 # ---------------------------------------------------------------- border
