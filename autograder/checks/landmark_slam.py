@@ -24,6 +24,8 @@ from autograder.checks.kinds import each, repeatable, untouched
 from roboloc_reference.landmarks import evaluate, init_landmarks, measurement, predict, update
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from numpy.random import Generator
 
 MEAN, SHARE = 1e-7, 1e-6
@@ -76,6 +78,26 @@ def evaluate_tolerance(*args: Any) -> tuple[np.ndarray, np.ndarray]:
     return tuple(SHARE * (0.01 + values) for values in evaluate(*args))
 
 
+def _stage_of_belief(
+    reference: Callable, tolerance: Callable, arguments: tuple[str, ...], several: Callable, *checks: Check
+) -> Stage:
+    """Make a stage that returns x and Sigma; `several` are inputs for what is asked of arguments and memory."""
+    return Stage(
+        name=f"landmarks.{reference.__name__}",
+        outputs=("x", "Sigma"),
+        reference=reference,
+        tolerance=tolerance,
+        rows={"x": draw.STATE, "Sigma": draw.STATE},
+        columns={"Sigma": draw.STATE},
+        aligned=on_the_circle,
+        checks=(
+            *checks,
+            Check("arguments untouched", 2, untouched(several, arguments, _BOTH), _HINT_COPY),
+            Check("same call, same result", 1, repeatable(several, _BOTH), _HINT_GLOBAL),
+        ),
+    )
+
+
 def _init(rng: Generator, k: int, *, certain: bool = False) -> Case:
     pose_cov = np.zeros((3, 3)) if certain else draw.covariance(rng, (0.3, 0.3, 0.1))
     args = (draw.looks(rng, k), draw.look_covariance(rng), draw.pose(rng), pose_cov)
@@ -105,23 +127,16 @@ _HINT_OWN = "What does 0.1 rad do to a landmark 5 m away, and in which direction
 _HINT_CROSS = "If the robot is 10 cm further to the left than it believes, where is the landmark?"
 _INIT_ARGS = ("z", "Q", "pose", "pose_cov")
 
-INIT = Stage(
-    name="landmarks.init_landmarks",
-    outputs=("x", "Sigma"),
-    reference=init_landmarks,
-    tolerance=init_tolerance,
-    rows={"x": draw.STATE, "Sigma": draw.STATE},
-    columns={"Sigma": draw.STATE},
-    aligned=on_the_circle,
-    checks=(
-        Check("x, one landmark", 3, each(one_landmark, "x"), _HINT_PLACE),
-        Check("x, several landmarks", 2, each(several_landmarks, "x"), _HINT_SIZE),
-        Check("Sigma, a robot that knows its pose", 4, each(certain_robot, "Sigma"), _HINT_OWN),
-        Check("Sigma, one landmark", 4, each(one_landmark, "Sigma"), _HINT_CROSS),
-        Check("Sigma, several landmarks", 4, each(several_landmarks, "Sigma"), _HINT_CROSS),
-        Check("arguments untouched", 2, untouched(several_landmarks, _INIT_ARGS, _BOTH), _HINT_COPY),
-        Check("same call, same result", 1, repeatable(several_landmarks, _BOTH), _HINT_GLOBAL),
-    ),
+INIT = _stage_of_belief(
+    init_landmarks,
+    init_tolerance,
+    _INIT_ARGS,
+    several_landmarks,
+    Check("x, one landmark", 3, each(one_landmark, "x"), _HINT_PLACE),
+    Check("x, several landmarks", 2, each(several_landmarks, "x"), _HINT_SIZE),
+    Check("Sigma, a robot that knows its pose", 4, each(certain_robot, "Sigma"), _HINT_OWN),
+    Check("Sigma, one landmark", 4, each(one_landmark, "Sigma"), _HINT_CROSS),
+    Check("Sigma, several landmarks", 4, each(several_landmarks, "Sigma"), _HINT_CROSS),
 )
 
 
@@ -158,26 +173,19 @@ _HINT_L = (
 )
 _PREDICT_ARGS = ("x", "Sigma", "control", "control_cov")
 
-PREDICT = Stage(
-    name="landmarks.predict",
-    outputs=("x", "Sigma"),
-    reference=predict,
-    tolerance=predict_tolerance,
-    rows={"x": draw.STATE, "Sigma": draw.STATE},
-    columns={"Sigma": draw.STATE},
-    aligned=on_the_circle,
-    checks=(
-        Check("x", 4, each(whole_steps, "x"), _HINT_STEP),
-        Check("Sigma, a step without noise", 5, each(without_noise, "Sigma"), _HINT_G),
-        Check("Sigma, noise alone", 4, each(noise_alone, "Sigma"), _HINT_L),
-        Check(
-            "Sigma, both",
-            4,
-            each(whole_steps, "Sigma"),
-            "Doubt that is carried on, and noise that comes new.",
-        ),
-        Check("arguments untouched", 2, untouched(whole_steps, _PREDICT_ARGS, _BOTH), _HINT_COPY),
-        Check("same call, same result", 1, repeatable(whole_steps, _BOTH), _HINT_GLOBAL),
+PREDICT = _stage_of_belief(
+    predict,
+    predict_tolerance,
+    _PREDICT_ARGS,
+    whole_steps,
+    Check("x", 4, each(whole_steps, "x"), _HINT_STEP),
+    Check("Sigma, a step without noise", 5, each(without_noise, "Sigma"), _HINT_G),
+    Check("Sigma, noise alone", 4, each(noise_alone, "Sigma"), _HINT_L),
+    Check(
+        "Sigma, both",
+        4,
+        each(whole_steps, "Sigma"),
+        "Doubt that is carried on, and noise that comes new.",
     ),
 )
 
@@ -294,23 +302,16 @@ _HINT_STACK = "H has two rows for each landmark. In which columns is it not 0?"
 _HINT_JOINT = "S holds the doubt about robot and map, carried to what is seen, and the noise of every look."
 _UPDATE_ARGS = ("x", "Sigma", "z", "Q")
 
-UPDATE = Stage(
-    name="landmarks.update",
-    outputs=("x", "Sigma"),
-    reference=update,
-    tolerance=update_tolerance,
-    rows={"x": draw.STATE, "Sigma": draw.STATE},
-    columns={"Sigma": draw.STATE},
-    aligned=on_the_circle,
-    checks=(
-        Check("x, one landmark", 3, each(one_look, "x"), _HINT_V),
-        Check("Sigma, one landmark", 3, each(one_look, "Sigma"), _HINT_JOINT),
-        Check("x, several landmarks", 4, each(several_looks, "x"), _HINT_STACK),
-        Check("Sigma, several landmarks", 4, each(several_looks, "Sigma"), _HINT_STACK),
-        Check("x, behind the robot and after laps", 3, each(across_the_seam, "x"), _HINT_V),
-        Check("arguments untouched", 2, untouched(several_looks, _UPDATE_ARGS, _BOTH), _HINT_COPY),
-        Check("same call, same result", 1, repeatable(several_looks, _BOTH), _HINT_GLOBAL),
-    ),
+UPDATE = _stage_of_belief(
+    update,
+    update_tolerance,
+    _UPDATE_ARGS,
+    several_looks,
+    Check("x, one landmark", 3, each(one_look, "x"), _HINT_V),
+    Check("Sigma, one landmark", 3, each(one_look, "Sigma"), _HINT_JOINT),
+    Check("x, several landmarks", 4, each(several_looks, "x"), _HINT_STACK),
+    Check("Sigma, several landmarks", 4, each(several_looks, "Sigma"), _HINT_STACK),
+    Check("x, behind the robot and after laps", 3, each(across_the_seam, "x"), _HINT_V),
 )
 
 
