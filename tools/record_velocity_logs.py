@@ -11,7 +11,7 @@ Usage: python tools/record_velocity_logs.py [FOLDER]
 """
 
 import sys
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 import numpy as np
@@ -31,8 +31,7 @@ UNSURE, BLIND, STEPS_A_CIRCLE = np.diag([0.1, 0.1, 0.5]) ** 2, 16, 24
 def eight(rng: np.random.Generator | None) -> VelocityLog:
     """Drive the figure of eight once; with None nothing is drawn."""
     run = scenarios.simulate(rng)
-    parts = {field.name: getattr(run, field.name) for field in fields(run)}
-    return VelocityLog(**parts | {name: parts[name].round(DIGITS) for name in ("zs", "truth")})
+    return replace(run, zs=run.zs.round(DIGITS), truth=run.truth.round(DIGITS))
 
 
 def unsure(rng: np.random.Generator | None) -> VelocityLog:

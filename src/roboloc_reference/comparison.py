@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from roboloc.metrics import pose_error
+from roboloc.velocity_logs import VelocityLog
 from roboloc_reference.contenders import Filter
-from roboloc_reference.scenarios import Scenario
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,12 +61,12 @@ class Row:
     sightings: float
 
 
-def follow(scenario: Scenario, estimator: Filter) -> Track:
+def follow(scenario: VelocityLog, estimator: Filter) -> Track:
     """Take a filter through a run.
 
     Parameters
     ----------
-    scenario : Scenario
+    scenario : VelocityLog
         The run.
     estimator : Filter
         A filter at its start; it is changed.
@@ -85,12 +85,14 @@ def follow(scenario: Scenario, estimator: Filter) -> Track:
     return Track(np.array(errors), np.array(squares), estimator.motions, estimator.sightings)
 
 
-def compare(scenarios: Iterable[Scenario], filters: Mapping[str, Callable[[Scenario], Filter]]) -> list[Row]:
+def compare(
+    scenarios: Iterable[VelocityLog], filters: Mapping[str, Callable[[VelocityLog], Filter]]
+) -> list[Row]:
     """Take filters through runs.
 
     Parameters
     ----------
-    scenarios : iterable of Scenario
+    scenarios : iterable of VelocityLog
         The runs.
     filters : mapping of str to callable
         From names to what makes a filter for a run; see :func:`roboloc_reference.contenders.four_filters`.

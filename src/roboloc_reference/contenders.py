@@ -30,9 +30,9 @@ import numpy as np
 from roboloc.angles import wrap
 from roboloc.metrics import effective_sample_size, nees, pose_error
 from roboloc.se2 import log
+from roboloc.velocity_logs import VelocityLog
 from roboloc_reference import invariant, particle, ukf, velocity_ekf
 from roboloc_reference.resampling import systematic_resample
-from roboloc_reference.scenarios import Scenario
 from roboloc_reference.velocity import jacobians, motion, noise
 
 
@@ -60,7 +60,7 @@ class Filter(Protocol):
 class Extended:
     """The extended Kalman filter; see :mod:`roboloc_reference.velocity_ekf`."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: VelocityLog) -> None:
         self.scenario = scenario
         self.x, self.Sigma = scenario.x0, scenario.Sigma0
         self.motions = self.sightings = 0
@@ -88,7 +88,7 @@ class Extended:
 class Unscented(Extended):
     """The unscented Kalman filter, with the same kappa in both steps; see :mod:`roboloc_reference.ukf`."""
 
-    def __init__(self, scenario: Scenario, kappa: float = 2.0) -> None:
+    def __init__(self, scenario: VelocityLog, kappa: float = 2.0) -> None:
         super().__init__(scenario)
         self.kappa = kappa
 
@@ -109,7 +109,7 @@ class Particles:
 
     Parameters
     ----------
-    scenario : Scenario
+    scenario : VelocityLog
         The problem.
     rng : numpy.random.Generator
         Source of the draws.
@@ -120,7 +120,7 @@ class Particles:
     """
 
     def __init__(
-        self, scenario: Scenario, rng: np.random.Generator, count: int = 1000, threshold: float = 0.5
+        self, scenario: VelocityLog, rng: np.random.Generator, count: int = 1000, threshold: float = 0.5
     ) -> None:
         self.scenario, self.rng, self.threshold = scenario, rng, threshold
         self.xs = rng.multivariate_normal(scenario.x0, scenario.Sigma0, size=count)
@@ -160,7 +160,7 @@ class Particles:
 class Invariant:
     """The right-invariant Kalman filter; see :mod:`roboloc_reference.invariant`."""
 
-    def __init__(self, scenario: Scenario) -> None:
+    def __init__(self, scenario: VelocityLog) -> None:
         self.scenario = scenario
         A = _from_the_left(scenario.x0)
         self.X, self.P = _matrix(scenario.x0), A @ scenario.Sigma0 @ A.T
@@ -196,7 +196,7 @@ class Invariant:
         return nees(log([E[0, 2], E[1, 2], np.arctan2(E[1, 0], E[0, 0])]), self.P)
 
 
-def four_filters(rng: np.random.Generator, count: int = 1000) -> dict[str, Callable[[Scenario], Filter]]:
+def four_filters(rng: np.random.Generator, count: int = 1000) -> dict[str, Callable[[VelocityLog], Filter]]:
     """Return what makes each of the four filters for a run, by name.
 
     Parameters

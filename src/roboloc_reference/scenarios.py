@@ -13,12 +13,10 @@ stages that a student has to write. Students get runs, which are arrays.
 Source: the problem is that of Michigan ROB530, homework 5, problem 1; course, map and noise are our own.
 """
 
-from collections.abc import Iterator
-from dataclasses import dataclass
-
 import numpy as np
 
 from roboloc.validation import as_number
+from roboloc.velocity_logs import VelocityLog
 from roboloc_reference.velocity import motion, noise, range_bearings
 
 DT, SPEED, TURN_RATE, STEPS_A_CIRCLE = 0.25, 1.0, 0.4, 63
@@ -29,57 +27,7 @@ LANDMARKS = np.array([[-4.0, 6.0], [4.0, 6.0], [5.0, 0.0], [4.0, -6.0], [-4.0, -
 SEEN_AT_ONCE = 2
 
 
-@dataclass(frozen=True, eq=False)
-class Scenario:
-    """A run: what the robot was told, what it saw, and where it really was. The arrays cannot be written to.
-
-    Parameters
-    ----------
-    dt : float
-        Length of a step [s].
-    us : (N, 3) ndarray
-        Controls v, omega, gamma that were asked for [m/s, rad/s, rad/s].
-    alphas : (6,) ndarray
-        Noise of the controls.
-    landmarks : (L, 2) ndarray
-        The map [m].
-    seen : (N, k) ndarray of int
-        Which landmarks were seen after each step.
-    zs : (N, 2k) ndarray
-        How: bearing, range, bearing, range, ... [rad, m].
-    Q : (2, 2) ndarray
-        Covariance of one observation.
-    x0 : (3,) ndarray
-        Pose at the start as far as it is known [m, m, rad].
-    Sigma0 : (3, 3) ndarray
-        Covariance of its error.
-    truth : (N+1, 3) ndarray
-        True poses, the first at the start [m, m, rad]; the headings are not wrapped.
-    """
-
-    dt: float
-    us: np.ndarray
-    alphas: np.ndarray
-    landmarks: np.ndarray
-    seen: np.ndarray
-    zs: np.ndarray
-    Q: np.ndarray
-    x0: np.ndarray
-    Sigma0: np.ndarray
-    truth: np.ndarray
-
-    def __post_init__(self) -> None:
-        for name in ("us", "alphas", "landmarks", "seen", "zs", "Q", "x0", "Sigma0", "truth"):
-            array = getattr(self, name).copy()
-            array.flags.writeable = False
-            object.__setattr__(self, name, array)
-
-    def steps(self) -> Iterator[tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]]:
-        """Yield for each step the control (3,), the observations (2k,), the landmarks seen (k, 2), the truth (3,)."""
-        yield from zip(self.us, self.zs, self.landmarks[self.seen], self.truth[1:], strict=True)
-
-
-def simulate(rng: np.random.Generator | None, scale: float = 1.0) -> Scenario:
+def simulate(rng: np.random.Generator | None, scale: float = 1.0) -> VelocityLog:
     """Drive the figure of eight once.
 
     Parameters
@@ -92,7 +40,7 @@ def simulate(rng: np.random.Generator | None, scale: float = 1.0) -> Scenario:
 
     Returns
     -------
-    Scenario
+    VelocityLog
         The run.
 
     Raises
@@ -127,4 +75,4 @@ def simulate(rng: np.random.Generator | None, scale: float = 1.0) -> Scenario:
         truth.append(motion(truth[-1], u + draw(np.diag(noise(u, alphas))), DT))
         z = range_bearings(truth[-1][None], LANDMARKS[which]).ravel()
         zs.append(z + draw(np.tile(np.diag(R), SEEN_AT_ONCE)))
-    return Scenario(DT, us, alphas, LANDMARKS, seen, np.array(zs), R, START, Sigma0, np.array(truth))
+    return VelocityLog(DT, us, alphas, LANDMARKS, seen, np.array(zs), R, START, Sigma0, np.array(truth))

@@ -5,10 +5,11 @@ import pytest
 
 from roboloc.angles import wrap
 from roboloc.metrics import chi2_band
+from roboloc.velocity_logs import VelocityLog
 from roboloc_reference import comparison, particle, ukf
 from roboloc_reference.comparison import Row, compare, follow, to_markdown
 from roboloc_reference.contenders import Extended, Invariant, Particles, Unscented, four_filters
-from roboloc_reference.scenarios import ALPHAS, LANDMARKS, SIGMA0, Q, Scenario, simulate
+from roboloc_reference.scenarios import ALPHAS, LANDMARKS, SIGMA0, Q, simulate
 from roboloc_reference.velocity import jacobians, motion, noise, range_bearings
 
 NAMES = ["EKF", "UKF", "PF", "InEKF"]
@@ -56,10 +57,10 @@ def test_a_run_is_drawn_as_it_says():
 def test_a_seed_is_a_run():
     """The same seed gives the same run and another one another; no number of it can be written to."""
     first, again, other = (simulate(np.random.default_rng(seed)) for seed in (3, 3, 4))
-    for field in fields(Scenario):
+    for field in fields(VelocityLog):
         np.testing.assert_array_equal(getattr(first, field.name), getattr(again, field.name))
     assert np.abs(first.zs - other.zs).max() > 0.01
-    assert not any(getattr(first, f.name).flags.writeable for f in fields(Scenario) if f.name != "dt")
+    assert not any(getattr(first, f.name).flags.writeable for f in fields(VelocityLog) if f.name != "dt")
     assert np.hypot(*(first.truth[:, None, :2] - LANDMARKS).T).min() > 0.5
 
 
