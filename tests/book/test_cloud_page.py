@@ -1,34 +1,35 @@
 """The page on Monte Carlo localization: its numbers by hand, and that they are the reference's."""
 
-from pathlib import Path
-
-import jupytext
 import numpy as np
 import pytest
+from page import Page
 
 from roboloc_reference import mcl
 
-PAGE = Path(__file__).resolve().parents[2] / "book" / "monte-carlo-localization.md"
+PAGE = Page("monte-carlo-localization", "particle-filters/monte-carlo-localization", ())
 
 
 @pytest.fixture(scope="module")
 def short():
     """Run the page's cells before the run in the arena, and return what they bind."""
-    cells = [cell.source for cell in jupytext.read(PAGE).cells if cell.cell_type == "code"]
     space = {}
-    for source in cells[: next(i for i, source in enumerate(cells) if "glue" in source)]:
+    for source in PAGE.code[: next(i for i, source in enumerate(PAGE.code) if "glue" in source)]:
         exec(source, space)  # noqa: S102 - the book's own cells
     return space
+
+
+def test_the_page_derives_nothing_and_has_a_notebook():
+    """No cell is the notebook's, too, and the notebook is there to download."""
+    PAGE.hold()
 
 
 def test_numbers_by_hand_are_those_of_the_reference(short):
     """The table's two particles, alike after one wall and 0.989 to 0.011 after the second."""
     one = mcl.measurement_weights(short["scan"][:, :2], [short["Q"]], [0.5, 0.5])
     np.testing.assert_allclose(one, [0.5, 0.5])
-    text = PAGE.read_text(encoding="utf-8")
     for printed in (f"{after:.3f}" for after in short["after"]):
-        assert f" {printed}" in text
-    assert f"| likelihood, without its factor | {np.exp(-0.5):.3f} |" in text
+        assert f" {printed}" in PAGE.text
+    assert f"| likelihood, without its factor | {np.exp(-0.5):.3f} |" in PAGE.text
 
 
 def test_two_squares_are_the_distance_of_the_reference(short):
@@ -41,8 +42,3 @@ def test_two_squares_are_the_distance_of_the_reference(short):
     nearest = form(v[:, 0], v[:, 1], Q[0, 0], Q[1, 1], Q[0, 1]).argmin(axis=1)
     expected = np.take_along_axis(v, nearest[:, None, None], axis=2)[..., 0]
     np.testing.assert_allclose(mcl.compute_innovations(z, [Q], hs), expected, atol=1e-12)
-
-
-def test_the_page_links_its_notebook():
-    """The page has a download link to the released notebook."""
-    assert "</notebooks/particle-filters/monte-carlo-localization.ipynb>" in PAGE.read_text(encoding="utf-8")

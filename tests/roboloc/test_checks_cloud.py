@@ -1,42 +1,25 @@
 """The public checks of Monte Carlo localization: what they accept, and how they say what is wrong."""
 
-import importlib.util
-from pathlib import Path
-
 import pytest
+from public import Public, writes
 
+import kill_matrix
+from autograder.checks import STAGES as GRADED
 from autograder.misconceptions import of_stage
-from roboloc.checks import check, cloud
+from roboloc.checks import STAGES as CHECKS
+from roboloc.checks import check
 from roboloc_reference import mcl
 
 pytestmark = pytest.mark.filterwarnings("ignore:no particle:RuntimeWarning")
-STAGES = {
-    "transition_model": cloud.TRANSITION,
-    "compute_predicted_measurements": cloud.PREDICTED,
-    "compute_innovations": cloud.INNOVATIONS,
-    "measurement_weights": cloud.WEIGHTS,
-}
-ALTERNATIVES = Path(__file__).resolve().parents[1] / "autograder" / "alternatives" / "monte_carlo"
-
-
-def alternative(name, stage):
-    """Load another right way to write a stage."""
-    spec = importlib.util.spec_from_file_location(f"public_{name}", ALTERNATIVES / f"{name}.py")
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return getattr(module, stage)
-
-
-@pytest.mark.parametrize("stage", STAGES)
-def test_correct_functions_pass(stage):
-    """Every correct way passes: the reference, loops, complex numbers, matrices."""
-    functions = [getattr(mcl, stage)]
-    functions += [alternative(f"mcl_{name}", stage) for name in ("complex", "loops", "matrices")]
-    for function in functions:
-        report = check(function, stage=f"mcl.{stage}")
-        assert report, str(report)
-
-
+STAGES = tuple(
+    f"mcl.{name}"
+    for name in (
+        "transition_model",
+        "compute_predicted_measurements",
+        "compute_innovations",
+        "measurement_weights",
+    )
+)
 # What each mistake must be told by, at least: the name of one check.
 FINDINGS = {
     "straight step": "one step or two",
@@ -71,21 +54,22 @@ FINDINGS = {
     "nobody left": "nobody can be right",
     "total not 1": "one standard deviation",
 }
+PUBLIC = Public(STAGES, FINDINGS)
 
 
 @pytest.mark.parametrize("stage", STAGES)
-def test_each_mistake_is_found(stage):
-    """Every wrong version fails the check that is about it, and returns something usable."""
-    for wrong in of_stage(f"mcl.{stage}"):
-        report = check(wrong.function, stage=f"mcl.{stage}")
-        failed = [item.name for item in report.items if not item.passed]
-        assert FINDINGS[wrong.name] in failed, wrong.name
-        assert report.items[0].passed, wrong.name
+def test_right_functions_pass_and_wrong_ones_are_told(stage):
+    """Correct ways pass, every known mistake fails the check about it, and no line is right by default."""
+    right = getattr(mcl, stage.removeprefix("mcl."))
+    PUBLIC.hold(stage, writes(right), right=right)
+    for wrong in of_stage(stage):
+        assert wrong.name in FINDINGS
+        assert check(wrong.function, stage=stage).items[0].passed, wrong.name  # it returns something usable
 
 
 def test_a_cloud_without_a_word_is_told_to_warn():
     """Equal weights for an impossible cloud are not enough: the caller must hear of it."""
-    silent = alternative("mcl_loops", "measurement_weights")
+    silent = kill_matrix.alternatives(GRADED["mcl.measurement_weights"])["mcl_loops"]
     silent.__globals__["warnings"] = type("Silent", (), {"warn": staticmethod(lambda *_, **__: None)})
     report = check(silent, stage="mcl.measurement_weights")
     (failed,) = [item for item in report.items if not item.passed]
@@ -100,6 +84,6 @@ def test_what_is_not_written_is_said_to_be(stage):
     def stub(*_):
         raise NotImplementedError
 
-    report = check(stub, stage=f"mcl.{stage}")
+    report = check(stub, stage=stage)
     assert "not written yet" in report.items[0].message
-    assert [item.passed for item in report.items[1:]] == [None] * (len(STAGES[stage]) - 1)
+    assert [item.passed for item in report.items[1:]] == [None] * (len(CHECKS[stage]) - 1)
