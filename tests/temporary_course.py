@@ -82,14 +82,17 @@ class Course:
 
     root: Path
     limits: dict = field(default_factory=dict)  # of `IsolatedExecute`, where not its own
+    server: str = ""  # the gradebook's address where it is not in a file of the folder
+    course_id: str = ""
 
     @classmethod
-    def create(cls, root, notebook=None, **limits):
+    def create(cls, root, notebook=None, server="", course_id="", **limits):
         """Make the course and release its assignment: the notebook above, or another one."""
-        course = cls(root, limits)
+        course = cls(root, limits, server, course_id)
         folder = root / "source" / ASSIGNMENT
         folder.mkdir(parents=True)
-        (root / "nbgrader_config.py").write_text(TWO_LINES, encoding="utf-8")
+        settings = f"get_config().CourseDirectory.update({course.settings()!r})\n" if course_id else ""
+        (root / "nbgrader_config.py").write_text(TWO_LINES + settings, encoding="utf-8")
         nbformat.write(notebook or source_notebook(), folder / f"{NOTEBOOK}.ipynb")
         with course.api() as api:
             result = api.generate_assignment(ASSIGNMENT)
@@ -104,15 +107,18 @@ class Course:
     @property
     def db_url(self):
         """The address of the gradebook."""
-        return f"sqlite:///{self.root}/gradebook.db"
+        return self.server or f"sqlite:///{self.root}/gradebook.db"
+
+    def settings(self):
+        """Return where the course is, as its configuration says it."""
+        return {"root": str(self.root), "db_url": self.db_url, "course_id": self.course_id}
 
     @contextlib.contextmanager
     def api(self, **options):
         """Give nbgrader's programming interface, configured as the course's file says."""
         config = Config()
         configure(config)
-        config.CourseDirectory.root = str(self.root)
-        config.CourseDirectory.assignment_id = ASSIGNMENT
+        config.CourseDirectory.update(self.settings() | {"assignment_id": ASSIGNMENT})
         config.ParallelAutograde.update({"jobs": 1} | options)
         config.IsolatedExecute.update(self.limits)
         path, here = os.environ.get("PATH", ""), Path.cwd()

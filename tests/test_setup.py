@@ -11,7 +11,7 @@ ROOT = Path(__file__).resolve().parents[1]
 
 # What the script itself needs; everything else is there or not as a test wants it.
 COREUTILS = ["bash", "cat", "dirname", "env", "flock", "grep", "ls", "mkdir", "rm", "sha256sum", "tr"]
-ALL = ["bwrap", "chromium", "node", "npm", "python3"]
+ALL = ["bwrap", "chromium", "node", "npm", "initdb", "python3"]
 
 
 @pytest.fixture
@@ -51,13 +51,13 @@ def test_a_machine_with_everything_is_left_alone(machine):
     assert not machine.log.exists()
 
 
-@pytest.mark.parametrize(
-    "absent", [["bwrap"], ["chromium", "npm"], ["bwrap", "chromium", "node", "npm", "python3"]]
-)
+@pytest.mark.parametrize("absent", [["bwrap"], ["chromium", "npm"], ["initdb"], ALL])
 def test_an_ordinary_user_is_told_in_one_line(machine, absent):
     """Who may not install packages gets one line with exactly what is missing and the command for it."""
     done = machine("system", present=set(ALL) - set(absent), apt_get='echo "$@" >>"$LOG"')
-    packages = {"bwrap": "bubblewrap", "node": "nodejs", "python3": "python3 python3-venv"}
+    packages = {
+        "bwrap": "bubblewrap", "node": "nodejs", "initdb": "postgresql", "python3": "python3 python3-venv",
+    }  # fmt: skip
     names = " ".join(packages.get(name, name) for name in absent)
     assert done.returncode == 1
     assert (
@@ -70,7 +70,10 @@ def test_an_ordinary_user_is_told_in_one_line(machine, absent):
 def test_root_installs_what_is_missing(machine):
     """Root updates the lists once, then installs the missing packages and no other."""
     done = machine(
-        "system", present=["chromium", "node", "python3"], user=0, apt_get='echo "${@: -2}" >>"$LOG"'
+        "system",
+        present=["chromium", "node", "initdb", "python3"],
+        user=0,
+        apt_get='echo "${@: -2}" >>"$LOG"',
     )
     assert done.returncode == 0
     update, install = machine.log.read_text().splitlines()
@@ -80,7 +83,9 @@ def test_root_installs_what_is_missing(machine):
 
 def test_a_failing_package_manager_is_reported(machine):
     """A package that cannot be installed stops the set-up, and the line says which were asked for."""
-    done = machine("system", present=["chromium", "node", "npm", "python3"], user=0, apt_get="exit 100")
+    done = machine(
+        "system", present=["chromium", "node", "npm", "initdb", "python3"], user=0, apt_get="exit 100"
+    )
     assert done.returncode == 1
     assert done.stderr == "setup: apt-get update failed; needed: bubblewrap\n"
 
@@ -93,7 +98,7 @@ case "$2" in
   *ensurepip*) exit 1 ;;
   *) echo 3.12 ;;
 esac"""
-    done = machine("system", present=["bwrap", "chromium", "node", "npm"], python3=python)
+    done = machine("system", present=["bwrap", "chromium", "node", "npm", "initdb"], python3=python)
     assert done.returncode == 1
     assert done.stderr.endswith("sudo apt-get install python3.12-venv\n")
 

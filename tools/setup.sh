@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
 # Sets up everything the project needs, from a bare checkout; `make setup` calls it, and so does every other target.
 #
-#   1. system packages   bubblewrap (sandbox), chromium (browser tests), node and npm (files the book ships);
+#   1. system packages   bubblewrap (sandbox), chromium (browser tests), node and npm (files the book ships),
+#                        postgresql (tests start a server of their own);
 #                        libseccomp2, which the sandbox needs too, is there wherever apt is: apt requires it
 #   2. .venv             requirements.lock, installed by uv, every file checked against its hash
 #   3. vendor files      package-lock.json, installed by npm (tools/vendor.py)
@@ -54,6 +55,8 @@ missing_packages() {
   command -v chromium >/dev/null || echo chromium
   command -v node >/dev/null || echo nodejs
   command -v npm >/dev/null || echo npm
+  # Debian keeps the server's own commands off the path, and pg_ctlcluster on it.
+  command -v initdb >/dev/null || command -v pg_ctlcluster >/dev/null || echo postgresql
   [ -e "$stamp" ] && [ -x .venv/bin/python ] && return
   python=$(find_python)
   if [ -z "$python" ]; then
