@@ -9,8 +9,7 @@ of an honest filter are distributed as chi-squared, with as many degrees of free
 large: the filter is surer than it may be; too small: it knows more than it says. The NEES needs the truth, so
 it is for simulations; the NIS needs nothing that a filter does not have.
 
-What a Gaussian claims is drawn as the ellipse that holds the position with a given probability. A cloud of
-particles is judged by its effective sample size: how many of equal weight would be worth as much.
+What a Gaussian claims is drawn as the ellipse that holds the position with a given probability.
 
 Source: Y. Bar-Shalom, X. R. Li, T. Kirubarajan, *Estimation with Applications to Tracking and Navigation*,
 section 5.4; the book, *Is the filter honest*.
@@ -204,43 +203,6 @@ def credible_ellipse(Sigma: ArrayLike, probability: float = 0.95) -> tuple[np.nd
     variances, axes = np.linalg.eigh(Sigma)
     x, y = axes[:, 1]
     return np.sqrt(d2 * np.maximum(variances[::-1], 0.0)), wrap(2.0 * atan2(y, x)) / 2.0
-
-
-def effective_sample_size(ws: ArrayLike) -> float:
-    """Return how many equal weights would be as uneven as these: (sum w)^2 / sum w^2.
-
-    Parameters
-    ----------
-    ws : (M,) array_like
-        Weights, none negative and not all 0; their sum does not matter.
-
-    Returns
-    -------
-    float
-        Between 1 (one particle has all the weight) and M (all weigh the same).
-
-    Raises
-    ------
-    ValueError
-        If the argument has another shape or is not finite, or if a weight is negative, or if all are 0.
-
-    Notes
-    -----
-    Source: A. Kong, J. S. Liu, W. H. Wong, *Sequential imputations and Bayesian missing data problems*; Michigan
-    ROB530, homework 5, problem 1 (C).
-
-    Examples
-    --------
-    Of four particles two have died, and the others share the weight: two are left in effect.
-
-    >>> effective_sample_size([0.5, 0.0, 0.5, 0.0])
-    2.0
-    """
-    ws = as_array("ws", ws, ("M",))
-    if np.any(ws < 0.0) or not np.any(ws):
-        raise ValueError(f"ws: expected none negative and not all 0, got {np.array2string(ws, threshold=20)}")
-    ws = ws / ws.max()
-    return float(ws.sum() ** 2 / (ws @ ws))
 
 
 def _as_probability(probability: float) -> float:

@@ -28,7 +28,7 @@ from typing import Protocol
 import numpy as np
 
 from roboloc.angles import wrap
-from roboloc.metrics import effective_sample_size, nees, pose_error
+from roboloc.metrics import nees, pose_error
 from roboloc.se2 import log
 from roboloc.velocity_logs import VelocityLog
 from roboloc_reference import invariant, particle, ukf, velocity_ekf
@@ -130,7 +130,7 @@ class Particles:
     def predict(self, u: np.ndarray) -> None:
         """Resample if that is due, and move each particle by a control of its own."""
         count = len(self.xs)
-        if effective_sample_size(self.ws) < self.threshold * count:
+        if particle.effective_sample_size(self.ws) < self.threshold * count:
             self.xs = self.xs[systematic_resample(self.ws, self.rng.uniform(0.0, 1.0 / count))]
             self.ws = np.full(count, 1.0 / count)
             self.resamplings += 1

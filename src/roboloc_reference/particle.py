@@ -17,7 +17,6 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from roboloc.angles import wrap
-from roboloc.metrics import effective_sample_size
 from roboloc.validation import as_array
 from roboloc_reference.velocity import motions, noise, range_bearings
 
@@ -145,3 +144,40 @@ def _weights(ws: ArrayLike, size: int) -> np.ndarray:
     if np.any(ws < 0):
         raise ValueError(f"ws: expected no negative weight, got {ws.min()}")
     return ws
+
+
+def effective_sample_size(ws: ArrayLike) -> float:
+    """Return how many equal weights would be as uneven as these: (sum w)^2 / sum w^2.
+
+    Parameters
+    ----------
+    ws : (M,) array_like
+        Weights, none negative and not all 0; their sum does not matter.
+
+    Returns
+    -------
+    float
+        Between 1 (one particle has all the weight) and M (all weigh the same).
+
+    Raises
+    ------
+    ValueError
+        If the argument has another shape or is not finite, or if a weight is negative, or if all are 0.
+
+    Notes
+    -----
+    Source: A. Kong, J. S. Liu, W. H. Wong, *Sequential imputations and Bayesian missing data problems*; Michigan
+    ROB530, homework 5, problem 1 (C).
+
+    Examples
+    --------
+    Of four particles two have died, and the others share the weight: two are left in effect.
+
+    >>> effective_sample_size([0.5, 0.0, 0.5, 0.0])
+    2.0
+    """
+    ws = as_array("ws", ws, ("M",))
+    if np.any(ws < 0.0) or not np.any(ws):
+        raise ValueError(f"ws: expected none negative and not all 0, got {np.array2string(ws, threshold=20)}")
+    ws = ws / ws.max()
+    return float(ws.sum() ** 2 / (ws @ ws))

@@ -129,6 +129,26 @@ def test_effective_size_is_between_one_and_all(seed, M):
     assert effective_sample_size(np.eye(M)[0]) == 1
 
 
+def test_effective_size_counts_equal_weights():
+    """Equal weights among zeros count as many as they are in any scale, and a geometric row has its closed form."""
+    for k in range(1, 6):
+        for scale in (1e-300, 1.0, 1e300):
+            ws = np.zeros(8)
+            ws[:k] = scale
+            assert effective_sample_size(read_only(ws)[0]) == pytest.approx(k, rel=1e-14)
+    # sum q^i = (1 - q^M) / (1 - q) and the same with q^2.
+    q, M = 0.9, 30
+    right = ((1 - q**M) / (1 - q)) ** 2 / ((1 - q ** (2 * M)) / (1 - q**2))
+    assert effective_sample_size(q ** np.arange(M)) == pytest.approx(right)
+
+
+@pytest.mark.parametrize("ws", [[0.0, 0.0], [], [-1.0, 2.0], np.eye(2)])
+def test_weights_that_are_none_are_refused(ws):
+    """Weights that are all 0, none, negative or no vector are named."""
+    with pytest.raises(ValueError, match="ws"):
+        effective_sample_size(ws)
+
+
 def test_audit_r6_the_size_is_compared_with_a_threshold():
     """ERRATA R6: a sharp observation takes the size below half the particles; it is never below itself."""
     xs = np.random.default_rng(5).normal(size=(100, 3))

@@ -27,6 +27,7 @@ from roboloc.checks import (
     slam,
     unscented,
     velocity,
+    velocity_cloud,
 )
 from roboloc.checks.report import Check, Item, Report, run, show
 
@@ -75,6 +76,9 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "ukf.sigma_points": unscented.SIGMA_POINTS,
     "ukf.predict": unscented.PREDICT,
     "ukf.correct": unscented.CORRECT,
+    "particle.predict": velocity_cloud.PREDICT,
+    "particle.correct": velocity_cloud.CORRECT,
+    "particle.effective_sample_size": velocity_cloud.EFFECTIVE_SAMPLE_SIZE,
 }
 """The checks of each stage, in the order in which they are made.
 

@@ -8,7 +8,6 @@ from numpy.typing import ArrayLike
 
 from roboloc.angles import wrap
 from roboloc.filters.shell import Shell
-from roboloc.metrics import effective_sample_size
 from roboloc.validation import as_array, as_covariance, as_number
 
 
@@ -200,7 +199,9 @@ class ParticleFilter(Shell):
     def _reweigh(self, ws: np.ndarray) -> None:
         """Take on new weights, and resample where they call for it."""
         self.ws = ws
-        if effective_sample_size(ws) < self.threshold * len(ws):
+        # The effective sample size, (sum w)^2 / sum w^2, against a share of the particles, whatever the sum is.
+        shares = ws / max(ws.max(), np.finfo(float).tiny)
+        if shares.sum() ** 2 < self.threshold * len(ws) * (shares @ shares):
             self.resample()
 
     @staticmethod
