@@ -12,7 +12,7 @@ from autograder.misconceptions import MISCONCEPTIONS
 ROOT = Path(__file__).resolve().parents[1]
 PAGE = ROOT / "book" / "faults-in-print.md"
 # Faults of notebooks that are still to be written.
-NOT_YET = {"R6", "R7", "R8"}
+NOT_YET = {"R7", "R8"}
 NUMBERS = {"H": 9, "A": 5, "C": 10, "F": 11, "R": 8}
 
 

@@ -17,7 +17,7 @@ ROOT = Path(__file__).resolve().parents[1]
 NAME = "ekf-localization/motion-model.ipynb"
 RELEASED = sorted(path.relative_to(ROOT / "notebooks") for path in (ROOT / "notebooks").glob("*/*.ipynb"))
 LONGEST = 10
-IMPORTS = {"roboloc", "numpy", "sympy", "matplotlib", "warnings"}
+IMPORTS = {"roboloc", "numpy", "sympy", "matplotlib", "math", "warnings"}
 
 
 @pytest.fixture(scope="module")
