@@ -34,6 +34,7 @@ LINES = np.array([[0.0, 1.5, -2.0], [2.0, 3.0, 1.0]])
 JACOBIANS = np.array([[[0.0, 0.0, -1.0], [-np.cos(a), -np.sin(a), 0.0]] for a in LINES[0]])
 CLOUD = POSE + np.arange(12.0).reshape(4, 3) / 20
 WEIGHTS = np.array([0.1, 0.2, 0.3, 0.4])
+RUNS, PICKS = np.stack([CLOUD, CLOUD + 0.1], axis=1), np.array([[0, 1, 2, 3], [3, 3, 0, 1], [2, 1, 1, 2]])
 LANDMARKS = np.array([[4.0, 1.0], [-2.0, 3.0]])
 SEEN = np.array([0.2, 3.0, -1.0, 2.0])
 ALPHAS4, ALPHAS6 = np.array([0.1, 0.02, 0.03, 0.04]), np.array([0.1, 0.02, 0.03, 0.04, 0.05, 0.06])
@@ -73,6 +74,7 @@ EXAMPLES = {
     "roboloc.landmark_logs.read_truth": (DATA / "landmarks-truth.txt",),
     "roboloc.lidar.cast_rays": (worlds.arena().segments, POSE, BEARINGS, 3.5),
     "roboloc.logs.load": ("arena",),
+    "roboloc.four_filters.load": ("unsure",),
     "roboloc.logs.read": (DATA / "arena.npz",),
     "roboloc.metrics.chi2_band": (3, 0.95, 200),
     "roboloc.metrics.credible_ellipse": (P2, 0.95),
@@ -193,6 +195,10 @@ EXAMPLES = {
     "roboloc_reference.velocity.wrap_float": (4.0,),
     "roboloc_reference.velocity_ekf.correct": (POSE, P3, SEEN, LANDMARKS, P2),
     "roboloc_reference.velocity_ekf.predict": (POSE, P3, TWIST, P3, DT),
+    "roboloc_reference.verdict.coverage": (RUNS, np.tile(P3, (4, 2, 1, 1)), 0.9),
+    "roboloc_reference.verdict.mean_and_error": (CLOUD,),
+    "roboloc_reference.verdict.paired_interval": (WEIGHTS, WEIGHTS[::-1] / 2, PICKS, 0.8),
+    "roboloc_reference.verdict.rms_errors": (RUNS, RUNS[::-1]),
 }
 
 UNCHECKED = {

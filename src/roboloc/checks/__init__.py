@@ -28,6 +28,7 @@ from roboloc.checks import (
     unscented,
     velocity,
     velocity_cloud,
+    verdict,
 )
 from roboloc.checks.report import Check, Item, Report, run, show
 
@@ -79,6 +80,10 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "particle.predict": velocity_cloud.PREDICT,
     "particle.correct": velocity_cloud.CORRECT,
     "particle.effective_sample_size": velocity_cloud.EFFECTIVE_SAMPLE_SIZE,
+    "verdict.rms_errors": verdict.RMS_ERRORS,
+    "verdict.coverage": verdict.COVERAGE,
+    "verdict.mean_and_error": verdict.MEAN_AND_ERROR,
+    "verdict.paired_interval": verdict.PAIRED_INTERVAL,
 }
 """The checks of each stage, in the order in which they are made.
 
