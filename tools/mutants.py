@@ -204,6 +204,8 @@ def mutants(place: Place) -> list[Mutant]:
     for line, start, end, text in _changes(place.module):
         if place.first <= line <= place.last:
             changed = source[:start] + text + source[end:]
+            if changed == source:  # two equal things swapped
+                continue
             head, tail = source.rfind("\n", 0, start) + 1, (source + "\n").index("\n", end)
             before = _joined(source[head:tail])
             after = _joined(changed[head : tail + len(changed) - len(source)])
