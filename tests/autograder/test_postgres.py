@@ -17,7 +17,7 @@ import sqlalchemy as sa
 from nbgrader.api import Gradebook
 from nbgrader.apps import NbGraderAPI
 from nbgrader.converters.base import NbGraderException
-from temporary_course import ASSIGNMENT, GRADED, Course
+from temporary_course import ASSIGNMENT, GRADED, Course, environment
 from traitlets.config import Config
 
 from autograder.exporter import Feedback
@@ -199,3 +199,25 @@ def test_feedback_and_exports_read_the_server(graded, monkeypatch):
             path = course.root / "export.csv"
             exporter(to=str(path), unmarked=True).export(gradebook)
             assert len(path.read_text(encoding="utf-8").splitlines()) > len(course.rows())
+
+
+def test_two_graders_share_a_gradebook(server, graded, tmp_path):
+    """Two graders at a time, each with its part of the class, leave what one leaves that grades all."""
+    course = Course.create(tmp_path / "course", course_id="robots", server=server.create("shared"))
+    hand_in(course)
+    # Names sort so that both begin with a student that the gradebook has not seen.
+    parts = [
+        ("--student=[a-g]*", "--ParallelAutograde.jobs=1"),
+        ("--student=[h-z]*", "--ParallelAutograde.jobs=1"),
+    ]
+    graders = [
+        subprocess.Popen(
+            course.command("autograde", ASSIGNMENT, *options), cwd=course.root, env=environment(),
+            stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True,
+        )
+        for options in parts
+    ]  # fmt: skip
+    said = [grader.communicate(timeout=120)[1] for grader in graders]
+    assert [grader.returncode for grader in graders] == [0, 0], "\n".join(said)
+    assert course.rows() == {student: graded[0].rows()[student] for student in course.rows()}
+    assert len(course.rows()) == 6
