@@ -26,18 +26,7 @@ STAGES = ("predict", "correct", "size")
 @pytest.fixture
 def drive():
     """Return a function that runs the stages and the recorded drive, some cells changed."""
-
-    def play(**changes):
-        notebook = IT.source()
-        titles = [cell.source.partition("\n")[0] for cell in notebook.cells]
-        begin, end = (next(i for i, t in enumerate(titles) if t.startswith(f"## {n}. ")) for n in (7, 8))
-        places = {cell.id: cell for cell in notebook.cells}
-        space = {}
-        for cell in [places[name] for name in ("imports", *STAGES)] + notebook.cells[begin:end]:
-            if cell.cell_type == "code":
-                exec(changes.get(cell.id, str)(cell.source), space)  # noqa: S102 - the notebook's own cells
-
-    yield play
+    yield lambda **changes: IT.play(("imports", *STAGES), range(7, 8), changes)
     plt.close("all")
 
 

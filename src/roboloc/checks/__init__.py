@@ -17,6 +17,7 @@ from roboloc.checks import (
     extraction,
     fit,
     gaussian,
+    invariant,
     landmark_update,
     landmarks,
     lines,
@@ -84,6 +85,8 @@ STAGES: dict[str, tuple[Check, ...]] = {
     "verdict.coverage": verdict.COVERAGE,
     "verdict.mean_and_error": verdict.MEAN_AND_ERROR,
     "verdict.paired_interval": verdict.PAIRED_INTERVAL,
+    "invariant.predict": invariant.PREDICT,
+    "invariant.correct": invariant.CORRECT,
 }
 """The checks of each stage, in the order in which they are made.
 
