@@ -90,7 +90,8 @@ def test_one_change_each():
     changes = {mutant.change for mutant in found}
     assert ("gaussian.symmetric", "return 0.5 * (matrix + matrix.T.copy())", "return 0.5 * matrix") in changes
     assert len(changes) == len(found)
-    _, squares = of("particle.effective_sample_size")  # has a sum of squares, whose sides swapped are the same
+    # A sum of squares, whose sides swapped are the same.
+    _, squares = of("particle.effective_sample_size")
     assert all(mutant.before != mutant.after for mutant in found + squares)
 
 
