@@ -1,6 +1,7 @@
 """`python -m autograder grade NOTEBOOK...`: grade notebooks without the course's gradebook; `regrade` a class.
 
-Usage: `python -m autograder grade NOTEBOOK... [--assignment NAME] [--format text|json|gradescope] [--output FILE]`
+Usage: `python -m autograder grade NOTEBOOK... [--assignment NAME] [--format text|json|gradescope] [--output FILE]
+[--explain]`
 
 Each notebook is graded as the assignment that its file name belongs to (or `--assignment`), in the sandbox and with the
 limits of the course's `nbgrader_config.py`: the nearest one at or above the working directory, else the one of this
@@ -22,7 +23,12 @@ its work (no sandbox); 2 where the request was wrong. Errors are one or a few li
         * `points`: number; 0 where the cell gives extra credit;
         * `report`: string, what the test says: what feedback shows a student;
         * `diagnoses`: strings, the mistakes that were recognised;
-        * `flagged`: string, why the grader could not judge the cell; empty where it could.
+        * `flagged`: string, why the grader could not judge the cell; empty where it could;
+        * `explanation`: string, with `--explain`; else empty.
+
+`--explain` is for whoever answers an appeal, and shows what is hidden: of each check its points and its calls; of a
+failed one the first call at fault, with what went in, what is right and what came back. Not for `gradescope`, which
+students read.
 
 `--format gradescope` is a `results.json` of Gradescope's autograders: one submission, so one notebook of a kind. Its
 `score` is the sum of the tests that have a score; a cell that a person marks is a test without one, and says so, and so
@@ -48,7 +54,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
-    from .standalone import CellGrade, NotebookGrade
+    from .notebook_grades import CellGrade, NotebookGrade
 
 SCHEMA = 1
 WAITING = "A person marks this one."
@@ -89,7 +95,7 @@ def _body(cell: CellGrade) -> str:
     """Return what is said about a cell."""
     if cell.flagged:
         return f"Not judged by the grader; a person will look at it: {cell.flagged}"
-    return cell.report or (WAITING if cell.score is None else "")
+    return cell.explanation or cell.report or (WAITING if cell.score is None else "")
 
 
 def as_json(grades: Sequence[NotebookGrade]) -> str:
@@ -159,10 +165,6 @@ def _test(cell: CellGrade, prefix: str) -> dict[str, Any]:
 FORMATS = {"text": as_text, "json": as_json, "gradescope": as_gradescope}
 
 
-def _one_of_a_kind(grades: Sequence[NotebookGrade]) -> bool:
-    return len({(grade.assignment, grade.notebook) for grade in grades}) == len(grades)
-
-
 def parser() -> argparse.ArgumentParser:
     """Return the parser of the command line."""
     made = argparse.ArgumentParser(prog="python -m autograder", description="Grade notebooks in the sandbox.")
@@ -179,6 +181,7 @@ def parser() -> argparse.ArgumentParser:
     grade.add_argument(
         "--format", choices=sorted(FORMATS), default="text", help="of the result (default: text)"
     )
+    grade.add_argument("--explain", action="store_true", help="show what the checks asked, hidden inputs too")
     grade.add_argument("--output", metavar="FILE", type=Path, help="where the result goes (default: stdout)")
     again = commands.add_parser(
         "regrade",
@@ -212,21 +215,30 @@ def main(arguments: Sequence[str] | None = None) -> int:
     )
 
 
+def _misused(options: argparse.Namespace) -> str:
+    """Say what is wrong with the options before anything is graded; nothing if they fit."""
+    if options.output is not None and not options.output.absolute().parent.is_dir():
+        return f"--output: expected a file in a folder that is there, got {options.output}"
+    if options.format != "gradescope":
+        return ""
+    names = [Path(name).stem for name in options.notebooks]
+    if len(set(names)) < len(names):
+        return "--format gradescope: expected the notebooks of one submission, got two of one name"
+    if options.explain:
+        return "--explain: expected --format text or json, got gradescope, which students read"
+    return ""
+
+
 def _grade(options: argparse.Namespace) -> int:
     # Only now: these imports take a second, a wrong option should not.
     from nbgrader.converters.base import NbGraderException  # noqa: PLC0415
 
     from .standalone import UsageError, grade_files  # noqa: PLC0415
 
-    if options.output is not None and not options.output.absolute().parent.is_dir():
-        return _complain(f"--output: expected a file in a folder that is there, got {options.output}", 2)
-    names = [Path(name).stem for name in options.notebooks]
-    if options.format == "gradescope" and len(set(names)) < len(names):
-        return _complain(
-            "--format gradescope: expected the notebooks of one submission, got two of one name", 2
-        )
+    if fault := _misused(options):
+        return _complain(fault, 2)
     try:
-        grades = grade_files(options.notebooks, options.assignment)
+        grades = grade_files(options.notebooks, options.assignment, explain=options.explain)
     except UsageError as error:
         return _complain(str(error), 2)
     except NbGraderException:  # its log has said why

@@ -182,11 +182,12 @@ class Recorder:
 
 @dataclass(frozen=True)
 class Result:
-    """How one check ended; an empty message means that it passed."""
+    """How one check ended, and the calls that it made; an empty message means that it passed."""
 
     check: Check
     message: str = ""
     ran: bool = True
+    calls: tuple[Call, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -196,11 +197,15 @@ class Result:
 
 @dataclass(frozen=True)
 class Outcome:
-    """The results of one stage, and the calls they came from."""
+    """The results of one stage."""
 
     stage: Stage
     results: tuple[Result, ...]
-    calls: tuple[Call, ...] = ()
+
+    @property
+    def calls(self) -> tuple[Call, ...]:
+        """The calls that all checks made, in order."""
+        return tuple(call for result in self.results for call in result.calls)
 
     @property
     def share(self) -> float:
@@ -269,13 +274,15 @@ def run_stage(stage: Stage, function: Callable[..., Any], secret: str) -> Outcom
             reason = f"not run, because an earlier call {recorder.stopped}"
             results.append(Result(check, reason, ran=False))
             continue
+        before = len(recorder.calls)
         try:
             check.run(recorder, generator(secret, stage.name, check.name))
         except AssertionError as error:
-            results.append(Result(check, str(error) or "the check failed"))
+            message = str(error) or "the check failed"
         else:
-            results.append(Result(check))
-    return Outcome(stage, tuple(results), tuple(recorder.calls))
+            message = ""
+        results.append(Result(check, message, calls=tuple(recorder.calls[before:])))
+    return Outcome(stage, tuple(results))
 
 
 def remembered(

@@ -82,8 +82,8 @@ def diagnose(outcome: Outcome, misconceptions: tuple[Misconception, ...]) -> tup
         return ()
     stage = outcome.stage
     with np.errstate(all="ignore"):
-        seen = [_beside(stage, call) for call in outcome.calls if call.error in {"", "ZeroDivisionError"}]
-        wrong = {name for name in stage.outputs if any(_off(item, item.got, name) for item in seen)}
+        seen = [beside(stage, call) for call in outcome.calls if call.error in {"", "ZeroDivisionError"}]
+        wrong = {name for name in stage.outputs if any(is_off(item, item.got, name) for item in seen)}
         if any(any(item.got.changed) for item in seen):
             wrong.add(ARGUMENTS)
         if len(seen) < _FEWEST_CALLS or not wrong:
@@ -132,17 +132,17 @@ def _matches(item: Misconception, one: Seen, version: Numbers, name: str) -> boo
     """Whether an output is the wrong version's, up to the error that is allowed anyway."""
     if name == ARGUMENTS:
         return one.got.changed == version.changed
-    if _off(one, version, name) and not _off(one, one.got, name):
+    if is_off(one, version, name) and not is_off(one, one.got, name):
         return False
     return not item.determined(*one.args) or _equal(one, version, name)
 
 
 def _deviates(one: Seen, version: Numbers, name: str) -> bool:
-    return any(version.changed) if name == ARGUMENTS else _off(one, version, name)
+    return any(version.changed) if name == ARGUMENTS else is_off(one, version, name)
 
 
-def _off(one: Seen, numbers: Numbers, name: str) -> bool:
-    """Whether an output is not the right one."""
+def is_off(one: Seen, numbers: Numbers, name: str) -> bool:
+    """Return whether an output of a call is not the right one."""
     value, right = numbers.values[name], one.right[name]
     if value is None or value.shape != right.shape:
         return True
@@ -180,7 +180,8 @@ def _wanted(
     return right, tolerance, {name: float(np.max(value, initial=0.0)) for name, value in allowed.items()}
 
 
-def _beside(stage: Stage, call: Call) -> Seen:
+def beside(stage: Stage, call: Call) -> Seen:
+    """Return a call beside the right result."""
     key = hashlib.blake2b(pickle.dumps(call.args)).digest()
     right, tolerance, loosest = _once(
         (stage.reference, stage.truth, stage.tolerance, key), lambda: _wanted(stage, call.args)

@@ -12,7 +12,7 @@ from traitlets import List, Unicode
 from .analysis import analyse
 from .outputs import error
 from .repair import NOTICE
-from .roles import has_hidden_part, role_of, visible_part
+from .roles import EXPLANATION, has_hidden_part, role_of, visible_part
 
 if TYPE_CHECKING:
     from nbformat import NotebookNode
@@ -43,6 +43,7 @@ class LeakFreeFeedback(NbGraderPreprocessor):
                     shown for output in cell.outputs if (shown := _shown(output, names)) is not None
                 ]
             for output in cell.get("outputs", []):
+                output.get("data", {}).pop(EXPLANATION, None)
                 _describe_pictures(output)
         notices = nb.metadata.get(NOTICE, [])
         if notices:

@@ -61,6 +61,7 @@ def grading_run(
     secret: str | None = None,
     run_id: str | None = None,
     publish: Callable[[dict[str, str]], None] | None = None,
+    explain: bool | None = None,
 ) -> Iterator[None]:
     """Set, for the calls within, what a test cell cannot say itself.
 
@@ -72,8 +73,10 @@ def grading_run(
         What the reports of this run are filed under.
     publish : callable, optional
         Takes a report as display data (media type to text); IPython shows it if not given.
+    explain : bool, optional
+        Whether reports say, under a media type of their own, what the checks asked: see `autograder.explain`.
     """
-    given = {"secret": secret, "run_id": run_id, "publish": publish}
+    given = {"secret": secret, "run_id": run_id, "publish": publish, "explain": explain}
     given = {name: value for name, value in given.items() if value is not None}
     token = _settings.set(_settings.get() | given)
     try:
@@ -145,7 +148,7 @@ def _grade(stage: Stage, function: Callable[..., Any], points: float) -> Score:
     score = Score(points * outcome.share)
     diagnoses = diagnose(outcome, of_stage(stage.name))
     score.report = Report(outcome, diagnoses, float(points), float(score), run_id())
-    show(score.report.bundle())
+    show(score.report.bundle(explained=_settings.get().get("explain", False)))
     return score
 
 

@@ -41,6 +41,9 @@ class IsolatedExecute(NbGraderPreprocessor):
         help="Let the sandbox run the locked cells with which notebooks begin once, and go on from there with each "
         "notebook. Turn it off where these cells must give each notebook something else: the time, or a random number.",
     ).tag(config=True)
+    explain = Bool(
+        False, help="Write into the graded notebooks what the checks asked: hidden inputs too."
+    ).tag(config=True)
     call_cpu = Float(_DEFAULT.call_cpu, help="Processor seconds of one call by a test.").tag(config=True)
     cell_cpu = Float(_DEFAULT.cell_cpu, help="Processor seconds of one cell.").tag(config=True)
     notebook_cpu = Float(_DEFAULT.notebook_cpu, help="Processor seconds of a notebook.").tag(config=True)
@@ -99,6 +102,7 @@ class IsolatedExecute(NbGraderPreprocessor):
             nothing=info.get("unreadable", ""),
             run=self.run_id,
             warm=self.warm_up,
+            explain=self.explain,
         )
 
     def preprocess(self, nb: NotebookNode, resources: dict[str, Any]) -> tuple[NotebookNode, dict[str, Any]]:

@@ -56,6 +56,8 @@ class Job:
         The run of the grader, for the reports.
     warm : bool
         See `execute.Execution`.
+    explain : bool
+        See `grading.grading_run`.
     """
 
     key: str
@@ -69,6 +71,7 @@ class Job:
     nothing: str = ""
     run: str = ""
     warm: bool = True
+    explain: bool = False
 
     def record(self) -> dict[str, str]:
         """Return what an appeal needs to know: which run, and which versions of the release, checks and packages."""
@@ -134,7 +137,7 @@ def execute(job: Job) -> str:
         sandbox = _sandbox(job)
         notebook = unpack(job.notebook)
         try:
-            with grading_run(run_id=job.run):
+            with grading_run(run_id=job.run, explain=job.explain):
                 limits = Limits.from_list(list(job.limits))
                 execution = Execution(notebook, job.release, sandbox, limits, job.files, warm=job.warm)
                 execution.run()

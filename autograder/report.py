@@ -10,9 +10,13 @@ from dataclasses import dataclass
 from html import escape
 from typing import TYPE_CHECKING
 
+from autograder.explain import details
 from autograder.provenance import checks_version, environment_version
+from autograder.roles import EXPLANATION
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
     from autograder.check import Outcome, Result
     from autograder.diagnose import Diagnosis
 
@@ -40,9 +44,17 @@ class Report:
 
     def __str__(self) -> str:
         """Return the report as plain text."""
+        return self._text(lambda result: [])  # noqa: ARG005
+
+    def explanation(self) -> str:
+        """Return the report with what each check asked: for the instructor alone."""
+        return self._text(lambda result: details(self.outcome, result, self.points))
+
+    def _text(self, more: Callable[[Result], list[str]]) -> str:
         lines = [self.title]
         for result in self.outcome.results:
             lines.append(f"  {_word(result):8}{result.check.name}")
+            lines += [f"          {line}" for line in more(result)]
             if not result.passed:
                 lines.extend([f"          {result.message}"] if self._said(result) else [])
                 lines.extend([f"          Hint: {result.check.hint}"] if self._hinted(result) else [])
@@ -70,9 +82,10 @@ class Report:
             parts.append(f"<p><strong>{escape(_heading(item))}</strong> {escape(item.explanation)}{hint}</p>")
         return "\n".join([*parts, f"<p><code>{escape(self.footer)}</code></p>"])
 
-    def bundle(self) -> dict[str, str]:
-        """Return the report as display data."""
-        return {"text/plain": str(self), "text/html": self._repr_html_()}
+    def bundle(self, *, explained: bool = False) -> dict[str, str]:
+        """Return the report as display data; explained, it shows what is hidden."""
+        plain = {"text/plain": str(self), "text/html": self._repr_html_()}
+        return plain | {EXPLANATION: self.explanation()} if explained else plain
 
     def _said(self, result: Result) -> bool:
         """Whether a check's message is shown: of those that did not run, only the first one's."""

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from nbformat import NotebookNode
 
+EXPLANATION = "application/vnd.roboloc.explanation"  # media type of what only the instructor may read
 REVIEW = "needs_review"
 EXTRA = (
     "application/vnd.roboloc.extra+json"  # display data with which a test cell of 0 points gives extra credit

@@ -17,7 +17,8 @@ from autograder import __main__ as command
 from autograder import standalone
 from autograder.grading import grade, grading_run
 from autograder.misconceptions.motion_model import euler_step
-from autograder.standalone import CellGrade, NotebookGrade, UsageError, find_tasks, recognised
+from autograder.notebook_grades import CellGrade, NotebookGrade, recognised
+from autograder.standalone import UsageError, find_tasks
 
 WRONG = "import sys\ndef square(x):\n    print('given', x)\n    return 2 * x"
 
@@ -90,8 +91,8 @@ def test_schema_is_the_documented_one(graded):
         }  # fmt: skip
         assert set(notebook["versions"]) == {"run", "release", "checks", "environment"}
         for cell in notebook["cells"]:
-            assert set(cell) == {"name", "score", "points", "report", "diagnoses", "flagged"}
-    for name in ("schema", "versions", "waiting", "notices", "diagnoses", "flagged"):
+            assert set(cell) == {"name", "score", "points", "report", "diagnoses", "flagged", "explanation"}
+    for name in ("schema", "versions", "waiting", "notices", "diagnoses", "flagged", "explanation"):
         assert f"`{name}`" in command.__doc__
 
 
@@ -171,7 +172,7 @@ def test_recognised_mistakes_are_listed():
 
 def test_output_goes_to_a_file(course, grades, tmp_path, monkeypatch, capsys):
     """With --output the result is in the file and nothing on the terminal."""
-    monkeypatch.setattr(standalone, "grade_files", lambda *_: grades[:1])
+    monkeypatch.setattr(standalone, "grade_files", lambda *_, **__: grades[:1])
     target = tmp_path / "results.json"
     arguments = ["grade", *paths(course, "good"), "--format", "gradescope", "--output", str(target)]
     assert command.main(arguments) == 0
@@ -204,6 +205,10 @@ def test_flagged_cell_has_no_score_and_says_why(grades):
         (["grade", "{good}", "--assignment", "ps9"], "--assignment: expected one of powers, got ps9"),
         (["grade", "{other}"], "expected the file name of a released notebook (powers/powers.ipynb)"),
         (["grade", "{good}", "{good}", "--format", "gradescope"], "got two of one name"),
+        (
+            ["grade", "{good}", "--explain", "--format", "gradescope"],
+            "--explain: expected --format text or json",
+        ),
         (
             ["grade", "{good}", "--output", "no/folder/x"],
             "--output: expected a file in a folder that is there",
