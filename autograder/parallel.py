@@ -1,8 +1,8 @@
 """`nbgrader autograde`, several notebooks at a time.
 
 nbgrader's own `Autograde` takes one notebook after the other through sanitizing, execution and storing. Here execution,
-which takes the time and needs no gradebook, is handed to a pool; sanitizing and storing stay in this process, which is
-the only one that writes.
+which takes the time and needs no gradebook, is handed to a pool of processes, or to the workers of a Dask scheduler;
+sanitizing and storing stay in this process, which is the only one that writes.
 
 A submission that is being graded carries a marker in its folder of `autograded`. Where the grader was killed, the next
 run finds the marker and grades that submission again; finished ones are skipped as nbgrader does.
@@ -14,11 +14,10 @@ import glob
 import os
 import re
 import sys
-import time
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import nbformat
 from nbformat.v4 import new_notebook
@@ -27,13 +26,17 @@ from nbgrader.api import Gradebook, MissingEntry
 from nbgrader.converters import Autograde
 from nbgrader.converters.base import NbGraderException
 from sqlalchemy.exc import OperationalError
-from traitlets import Bool, Integer
+from traitlets import Bool, Integer, Unicode
 
 from .database import one_engine
 from .isolated import IsolatedExecute
 from .pool import Pool
+from .progress import Progress
 from .repair import Released, read_release, read_submission
 from .sandbox import SandboxError, require_bubblewrap
+
+if TYPE_CHECKING:
+    from .cluster import ClusterPool
 
 MARKER = ".being-graded"
 AHEAD = 4  # submissions prepared for each process of the pool
@@ -64,41 +67,16 @@ class Submission:
         return all(future.done() for future in self.jobs.values())
 
 
-class Progress:
-    """A line on a terminal that says how far the class is; nothing where there is no terminal.
-
-    Parameters
-    ----------
-    total : int
-        Submissions to grade.
-    shown : bool
-        Whether to show it.
-    """
-
-    def __init__(self, total: int, *, shown: bool) -> None:
-        self.total, self.done, self.shown, self.began = total, 0, shown, time.monotonic()
-
-    def step(self, name: str) -> None:
-        """One submission more is done."""
-        self.done += 1
-        if self.shown:
-            seconds = time.monotonic() - self.began
-            filled = 30 * self.done // max(self.total, 1)
-            left = seconds / self.done * (self.total - self.done)
-            bar = "#" * filled + "." * (30 - filled)
-            end = "\n" if self.done == self.total else ""
-            sys.stderr.write(
-                f"\r[{bar}] {self.done}/{self.total}  {seconds:.0f} s, {left:.0f} s left  {name[:24]:24}{end}"
-            )
-            sys.stderr.flush()
-
-
 class ParallelAutograde(Autograde):
-    """nbgrader's autograding step with the execution of notebooks in a pool of processes."""
+    """nbgrader's autograding step with the execution of notebooks in other processes, here or on other machines."""
 
     jobs = Integer(0, help="How many notebooks are executed at a time; 0 for one per processor.").tag(
         config=True
     )
+    scheduler = Unicode(
+        "",
+        help="Address of a Dask scheduler, tcp://HOST:8786: its workers execute, and jobs does not count.",
+    ).tag(config=True)
     progress = Bool(True, help="Show a progress bar where there is a terminal.").tag(config=True)
 
     def init_notebooks(self) -> None:
@@ -120,7 +98,8 @@ class ParallelAutograde(Autograde):
     def convert_notebooks(self) -> None:
         """Grade all submissions that need it."""
         isolated = IsolatedExecute(parent=self)
-        if not isolated.trust_submissions:
+        scheduler = "" if isolated.trust_submissions else self.scheduler
+        if not (isolated.trust_submissions or scheduler):
             self._require_sandbox()
         self.exporter.optimistic_validation = True  # once after all steps, not after each
         self._releases: dict[tuple[str, str], list[Released]] = {}
@@ -128,10 +107,9 @@ class ParallelAutograde(Autograde):
         progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
         errors: list[Submission] = []
         under_way: list[Submission] = []
-        jobs = self.jobs or os.cpu_count() or 1
-        with Pool(jobs) as pool, one_engine():
+        with self._pool(scheduler) as pool, one_engine():
             while todo or under_way:
-                while todo and len(under_way) < AHEAD * jobs:
+                while todo and len(under_way) < AHEAD * pool.size:
                     submission = todo.pop(0)
                     if self._attempt(
                         submission, errors, lambda s=submission: self._prepare(s, isolated, pool)
@@ -154,6 +132,21 @@ class ParallelAutograde(Autograde):
                     submission.student,
                 )
             raise NbGraderException("some submissions could not be graded; the log says why")
+
+    def _pool(self, scheduler: str) -> Pool | ClusterPool:
+        """Return what executes notebooks: processes here, or the workers of a scheduler."""
+        if not scheduler:
+            return Pool(self.jobs or os.cpu_count() or 1)
+        try:
+            from .cluster import ClusterPool  # noqa: PLC0415  (an extra of the package)
+
+            return ClusterPool(scheduler)
+        except (ImportError, SandboxError) as error:
+            text = str(error)
+            if isinstance(error, ImportError):
+                text = f"Dask is not installed ({error}): pip install 'roboloc[grader,cluster]'"
+            self.log.error("%s", text)  # noqa: TRY400  (no traceback: the text says what to do)
+            raise NbGraderException(text) from error
 
     def _require_sandbox(self) -> None:
         """Refuse before anything is touched; nbgrader's command is silent about what it catches, so say it here."""
@@ -213,7 +206,7 @@ class ParallelAutograde(Autograde):
 
     # before execution
 
-    def _prepare(self, submission: Submission, isolated: IsolatedExecute, pool: Pool) -> bool:
+    def _prepare(self, submission: Submission, isolated: IsolatedExecute, pool: Pool | ClusterPool) -> bool:
         """Sanitize a submission and hand its notebooks to the pool; return whether there is anything to do."""
         folder = self._folder(submission)
         if (folder / MARKER).exists():

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import IO, TYPE_CHECKING
 
 import nbformat
@@ -58,6 +58,8 @@ class Job:
         See `execute.Execution`.
     explain : bool
         See `grading.grading_run`.
+    secret : str
+        The course's secret where the process that executes cannot look it up; empty where it can.
     """
 
     key: str
@@ -72,6 +74,7 @@ class Job:
     run: str = ""
     warm: bool = True
     explain: bool = False
+    secret: str = field(default="", repr=False)
 
     def record(self) -> dict[str, str]:
         """Return what an appeal needs to know: which run, and which versions of the release, checks and packages."""
@@ -137,7 +140,7 @@ def execute(job: Job) -> str:
         sandbox = _sandbox(job)
         notebook = unpack(job.notebook)
         try:
-            with grading_run(run_id=job.run, explain=job.explain):
+            with grading_run(run_id=job.run, secret=job.secret or None, explain=job.explain):
                 limits = Limits.from_list(list(job.limits))
                 execution = Execution(notebook, job.release, sandbox, limits, job.files, warm=job.warm)
                 execution.run()
@@ -262,10 +265,11 @@ class Pool:
     Parameters
     ----------
     processes : int
-        How many.
+        How many; `size` afterwards.
     """
 
     def __init__(self, processes: int) -> None:
+        self.size = processes
         self._threads = ThreadPoolExecutor(processes, thread_name_prefix="grading")
         self._own = threading.local()
         self._all: list[_Process] = []

@@ -144,6 +144,34 @@ def environment_version() -> str:
     return ", ".join(found)
 
 
+@functools.cache
+def installation(packages: tuple[str, ...]) -> dict[str, str]:
+    """Return what two machines must have in common to grade alike.
+
+    Parameters
+    ----------
+    packages : tuple of str
+        Distributions that submissions may import.
+
+    Returns
+    -------
+    dict of str to str
+        ``Python``, ``roboloc`` (a hash of all our code and data), and the version of each distribution with what it
+        requires; of one that is not installed, ``none``.
+    """
+    from .sandbox import closure  # noqa: PLC0415
+
+    digest = hashlib.sha256()
+    for package in ("autograder", "roboloc", "roboloc_reference"):
+        folder = _file(package).parent
+        for path in sorted(path for path in folder.rglob("*.*") if path.suffix in {".py", ".npz", ".txt"}):
+            name = f"{package}/{path.relative_to(folder).as_posix()}"
+            digest.update(name.encode() + b"\0" + path.read_bytes())
+    ours = {"Python": "{}.{}".format(*sys.version_info), "roboloc": digest.hexdigest()[:12]}
+    found = {one.name: one.version for one in closure(packages)}
+    return dict.fromkeys(packages, "none") | found | ours
+
+
 def record(release: Mapping[str, str]) -> dict[str, str]:
     """Return what a notebook is graded with now: versions of the release, the checks and the packages.
 

@@ -12,6 +12,7 @@ LONGEST = (
     "tests/book/test_book_pages.py",
     "tests/autograder/test_parallel.py",
     "tests/autograder/test_hostile.py",
+    "tests/autograder/test_cluster.py",
     "tests/test_our_student_kit.py",
     "tests/autograder/test_exchange.py",
     "tests/roboloc_reference/test_mcl_runs.py",

@@ -1,8 +1,9 @@
-"""What runs on this machine, as `/proc` has it."""
+"""What runs on this machine, as `/proc` has it, and waiting for it to change."""
 
 from __future__ import annotations
 
 import contextlib
+import time
 from pathlib import Path
 
 
@@ -25,4 +26,13 @@ def alive(pids):
         with contextlib.suppress(OSError):
             if Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] not in "ZX":
                 found.append(pid)
+    return found
+
+
+def wait_for(condition, seconds=60.0):
+    """Wait until a condition holds; return what it gave."""
+    end = time.monotonic() + seconds
+    while not (found := condition()):
+        assert time.monotonic() < end, "waited in vain"
+        time.sleep(0.01)
     return found

@@ -7,12 +7,11 @@ import os
 import shutil
 import signal
 import subprocess
-import time
 
 import nbformat
 import pytest
 from nbgrader.converters.base import NbGraderException
-from processes import alive, children
+from processes import alive, children, wait_for
 from temporary_course import ASSIGNMENT, GRADED, SQUARE, Course, environment, printed
 
 from autograder.parallel import MARKER, ParallelAutograde
@@ -152,15 +151,6 @@ def test_interrupted_submission_is_graded_again_and_finished_ones_are_not(undist
     assert course.rows() == undisturbed.rows()
     assert not (course.folder("honest", "autograded") / MARKER).exists()
     assert not (course.folder("honest", "autograded") / "left-over").exists()
-
-
-def wait_for(condition, seconds=60.0):
-    """Wait until a condition holds; return what it gave."""
-    end = time.monotonic() + seconds
-    while not (found := condition()):
-        assert time.monotonic() < end, "waited in vain"
-        time.sleep(0.01)
-    return found
 
 
 def test_killed_grader_loses_nothing(empty, tmp_path):
