@@ -112,8 +112,8 @@ class IsolatedExecute(NbGraderPreprocessor):
         executed = resources["nbgrader"].pop("executed", None)
         if executed is None:
             with Pool(1) as pool:
-                executed = pool.submit(self.job(nb, resources)).result()
-        return unpack(executed), resources
+                executed = unpack(pool.submit(self.job(nb, resources)).result())
+        return executed, resources
 
 
 class FlagForReview(NbGraderPreprocessor):

@@ -30,7 +30,7 @@ from traitlets import Bool, Integer, Unicode
 
 from .database import one_engine
 from .isolated import IsolatedExecute
-from .pool import Pool
+from .pool import Pool, unpack
 from .progress import Progress
 from .repair import Released, read_release, read_submission
 from .sandbox import SandboxError, require_bubblewrap
@@ -54,12 +54,15 @@ class Submission:
         Its notebooks in the submitted folder, those that are missing included.
     jobs : dict of str to concurrent.futures.Future
         The executed notebook by file.
+    seconds : float
+        Processor time that those which are stored took [s].
     """
 
     student: str
     assignment: str
     files: list[str]
     jobs: dict[str, Future[str]] = field(default_factory=dict)
+    seconds: float = 0.0
 
     @property
     def done(self) -> bool:
@@ -123,7 +126,7 @@ class ParallelAutograde(Autograde):
                 for submission in [s for s in under_way if s.done]:
                     under_way.remove(submission)
                     self._attempt(submission, errors, lambda s=submission: self._store(s))
-                    progress.step(submission.student)
+                    progress.step(submission.student, submission.seconds)
         if errors:
             for submission in errors:
                 self.log.error(
@@ -283,6 +286,12 @@ class ParallelAutograde(Autograde):
                 self._store_notebook(filename, submission)
         finally:
             self._sanitizing = True
+        self.log.info(
+            "Graded %s of %s: %.1f processor seconds",
+            submission.assignment,
+            submission.student,
+            submission.seconds,
+        )
         (self._folder(submission) / MARKER).unlink()
         self.set_permissions(submission.assignment, submission.student)
         self.run_post_convert_hook()
@@ -293,7 +302,9 @@ class ParallelAutograde(Autograde):
         resources = self.init_single_notebook_resources(restored)
         with utils.setenv(NBGRADER_EXECUTION="autograde"):
             if filename in submission.jobs:  # what lies there is what went into the job: not read again
-                resources["nbgrader"]["executed"] = submission.jobs[filename].result()
+                executed = unpack(submission.jobs[filename].result())
+                submission.seconds += executed.metadata["grading"]["seconds"]
+                resources["nbgrader"]["executed"] = executed
                 resources["metadata"] = {"name": Path(restored).stem, "path": str(Path(restored).parent)}
                 output, resources = self.exporter.from_notebook_node(new_notebook(), resources=resources)
             else:

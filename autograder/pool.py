@@ -162,6 +162,7 @@ def failed(job: Job, reason: str) -> str:
     notebook = unpack(job.notebook)
     for cell in _fail(notebook, "GraderError", f"a person will look at this cell: {reason}"):
         cell.metadata[REVIEW] = reason
+    notebook.metadata["grading"] = {**job.record(), "seconds": 0.0}
     return pack(notebook)
 
 
