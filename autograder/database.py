@@ -9,20 +9,32 @@ from __future__ import annotations
 
 import functools
 from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import nbgrader.api
 from nbgrader.api import Gradebook
+from sqlalchemy.engine import make_url
 
 if TYPE_CHECKING:
     from collections.abc import Iterator
+
+    from sqlalchemy.engine import Engine
+
+PATIENCE = 30.0  # seconds to wait for a gradebook of SQLite that another program has locked
 
 
 @contextmanager
 def one_engine() -> Iterator[None]:
     """Let all gradebooks that are opened within use one engine for each database."""
     create, metadata = nbgrader.api.create_engine, nbgrader.api.Base.metadata
-    nbgrader.api.create_engine = functools.cache(create)
+
+    @functools.cache
+    def create_patient(url: str, **options: Any) -> Engine:
+        if make_url(url).get_backend_name() == "sqlite":
+            options["connect_args"] = {"timeout": PATIENCE}
+        return create(url, **options)
+
+    nbgrader.api.create_engine = create_patient
     metadata.create_all = functools.cache(metadata.create_all)
     check = Gradebook.check_course
     checked = set()

@@ -20,17 +20,19 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import nbformat
+import nbgrader.converters.base
 from nbformat.v4 import new_notebook
 from nbgrader import utils
 from nbgrader.api import Gradebook, MissingEntry
 from nbgrader.converters import Autograde
 from nbgrader.converters.base import NbGraderException
-from sqlalchemy.exc import OperationalError
+from sqlalchemy.engine import make_url
 from traitlets import Bool, Integer, Unicode
 
 from .database import one_engine
+from .interrupted import MARKER, begin, is_interrupted, of_the_machine, remove, state_of
 from .isolated import IsolatedExecute
-from .pool import Pool, unpack
+from .pool import Job, Pool, unpack
 from .progress import Progress
 from .repair import Released, read_release, read_submission
 from .sandbox import SandboxError, require_bubblewrap
@@ -38,8 +40,8 @@ from .sandbox import SandboxError, require_bubblewrap
 if TYPE_CHECKING:
     from .cluster import ClusterPool
 
-MARKER = ".being-graded"
 AHEAD = 4  # submissions prepared for each process of the pool
+READS = 3  # times that a submission is read which somebody writes to meanwhile
 
 
 @dataclass
@@ -56,6 +58,8 @@ class Submission:
         The executed notebook by file.
     seconds : float
         Processor time that those which are stored took [s].
+    state : tuple
+        Of its submitted folder when it was read; see `interrupted.state_of`.
     """
 
     student: str
@@ -63,6 +67,7 @@ class Submission:
     files: list[str]
     jobs: dict[str, Future[str]] = field(default_factory=dict)
     seconds: float = 0.0
+    state: tuple = ()
 
     @property
     def done(self) -> bool:
@@ -170,29 +175,36 @@ class ParallelAutograde(Autograde):
         """Do one step; what goes wrong with a submission must not touch another one."""
         try:
             return step() is not False
-        except (SandboxError, OperationalError) as error:
-            self._remove(submission)
-            self.log.error("%s", error)  # noqa: TRY400  (nbgrader's command is silent about what it catches)
-            raise NbGraderException(str(error)) from error
         except KeyboardInterrupt:
-            self._remove(submission)
+            remove(self._folder(submission))
             raise
         except NbGraderException:
             raise
-        except Exception:
+        except Exception as error:
+            gradebook = make_url(self.coursedir.db_url).render_as_string()
+            if text := of_the_machine(error, self._folder(submission), gradebook):
+                remove(self._folder(submission))
+                self.log.error("%s", text)  # noqa: TRY400  (nbgrader's command is silent about what it catches)
+                raise NbGraderException(text) from error
             self.log.exception("grading %s of %s failed", submission.assignment, submission.student)
             errors.append(submission)
-            self._remove(submission)
+            remove(self._folder(submission))
             self._flag(submission)
             return False
 
     def _folder(self, submission: Submission) -> Path:
         return Path(os.path.normpath(self._format_dest(submission.assignment, submission.student)))
 
-    def _remove(self, submission: Submission) -> None:
-        folder = self._folder(submission)
-        if folder.exists():
-            utils.rmtree(str(folder))
+    def init_destination(self, assignment_id: str, student_id: str) -> bool:
+        """Return whether to grade a submission; what is there of it is removed so that a kill meanwhile is seen."""
+        before, nbgrader.converters.base.rmtree = (
+            nbgrader.converters.base.rmtree,
+            lambda path: remove(Path(path)),
+        )
+        try:
+            return super().init_destination(assignment_id, student_id)
+        finally:
+            nbgrader.converters.base.rmtree = before
 
     def _flag(self, submission: Submission) -> None:
         """Give every grade cell of a submission its row, without a score, for a person to look at."""
@@ -212,28 +224,35 @@ class ParallelAutograde(Autograde):
     def _prepare(self, submission: Submission, isolated: IsolatedExecute, pool: Pool | ClusterPool) -> bool:
         """Sanitize a submission and hand its notebooks to the pool; return whether there is anything to do."""
         folder = self._folder(submission)
-        if (folder / MARKER).exists():
-            self.log.warning(
-                "Grading %s of %s again: the last run was interrupted",
-                submission.assignment,
-                submission.student,
-            )
-            utils.rmtree(str(folder))
+        name = f"{submission.assignment} of {submission.student}"
+        if is_interrupted(folder):
+            self.log.warning("Grading %s again: the last run was interrupted, or it was replaced", name)
+            remove(folder)
         self._sanitizing = True
         self.notebooks = submission.files
         if not self.init_destination(submission.assignment, submission.student):
             return False
-        folder.mkdir(parents=True, exist_ok=True)
-        (folder / MARKER).touch()
+        source = Path(self._format_source(submission.assignment, submission.student))
+        for left in reversed(range(READS)):
+            submission.state = state_of(source)
+            jobs = self._read(submission, isolated)
+            if not left or state_of(source) == submission.state:
+                break
+            self.log.warning("Reading %s again: it was replaced meanwhile", name)
+            if self.coursedir.notebook_id == "*":
+                remove(folder)
+        submission.jobs = {filename: pool.submit(job) for filename, job in jobs.items()}
+        return True
+
+    def _read(self, submission: Submission, isolated: IsolatedExecute) -> dict[str, Job]:
+        """Copy a submission's files and sanitize its notebooks; return what is to be executed."""
+        begin(self._folder(submission))
         self.notebooks = submission.files = self._with_missing(submission)
         self.run_pre_convert_hook()
         self.init_assignment(submission.assignment, submission.student)
         submission.files = list(self.notebooks)
-        for filename in submission.files:
-            notebook, resources = self._sanitize(filename)
-            if not isolated.trust_submissions:
-                submission.jobs[filename] = pool.submit(isolated.job(notebook, resources))
-        return True
+        restored = {filename: self._sanitize(filename) for filename in submission.files}
+        return {} if isolated.trust_submissions else {f: isolated.job(*one) for f, one in restored.items()}
 
     def _with_missing(self, submission: Submission) -> list[str]:
         """Return a submission's notebooks and those of the assignment that it lacks."""
@@ -292,7 +311,14 @@ class ParallelAutograde(Autograde):
             submission.student,
             submission.seconds,
         )
-        (self._folder(submission) / MARKER).unlink()
+        if state_of(Path(self._format_source(submission.assignment, submission.student))) == submission.state:
+            (self._folder(submission) / MARKER).unlink()
+        else:
+            self.log.warning(
+                "%s of %s was replaced while it was graded: the next run grades the new one",
+                submission.assignment,
+                submission.student,
+            )
         self.set_permissions(submission.assignment, submission.student)
         self.run_post_convert_hook()
         return True

@@ -16,7 +16,6 @@ import ctypes
 import errno
 import os
 import struct
-import tempfile
 from functools import cache
 
 LIBRARY = "libseccomp.so.2"
@@ -150,7 +149,7 @@ class _Filter:
 
     def export(self) -> bytes:
         """Return the program and forget it."""
-        with tempfile.TemporaryFile() as file:
+        with os.fdopen(os.memfd_create("filter"), "w+b") as file:  # no folder that could be full
             self.check(self.library.seccomp_export_bpf(self.context, file.fileno()))
             self.library.seccomp_release(self.context)
             file.seek(0)

@@ -14,7 +14,8 @@ from nbgrader.converters.base import NbGraderException
 from processes import alive, children, wait_for
 from temporary_course import ASSIGNMENT, GRADED, SQUARE, Course, environment, printed
 
-from autograder.parallel import MARKER, ParallelAutograde
+from autograder.interrupted import MARKER
+from autograder.parallel import ParallelAutograde
 from autograder.pool import Job, Pool, pack
 from autograder.sandbox import PACKAGES
 from autograder.worker.limits import Limits
