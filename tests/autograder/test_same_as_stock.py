@@ -64,7 +64,8 @@ def both(folder, assignment, source, submitted):
 def honest(tmp_path_factory):
     """Grade the honest part of the sample class both ways."""
     folder = tmp_path_factory.mktemp("honest")
-    notebooks.build_sources(ROOT / "solutions", folder / "source")
+    shutil.copytree(ROOT / "solutions" / ASSIGNMENT, folder / "solutions" / ASSIGNMENT)
+    notebooks.build_sources(folder / "solutions", folder / "source")
     (assignment,) = (one for one in course.assignments(folder) if one.name == ASSIGNMENT)
     students = {
         name: {n: sample for n, sample in has.items() if name in OF_ALL or n == "motion-model"}

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import json
+import urllib.request
+
 import pytest
 from browser.browser import visit
-from browser.formgrader import READY, SCREENSHOTS, local, page, serve, submission
+from browser.formgrader import READY, SCREENSHOTS, TOKEN, local, page, serve, submission
 from nbgrader.api import Gradebook
 from temporary_course import ASSIGNMENT, NOTEBOOK, Course
 
@@ -106,3 +109,22 @@ def test_no_script_of_a_student_runs(course, server, tmp_path):
     assert "The square grows with the square" in report["value"]["text"]
     assert report["value"]["scores"] == {"square-test": "0", "cube-test": "3", "why": ""}
     assert not local(report)
+
+
+def test_the_button_that_grades(course, server):
+    """What the button *autograde* asks of the server grades a new submission in the sandbox, as the command does."""
+    course.submit("later")
+    request = urllib.request.Request(  # noqa: S310  (our own server)
+        f"{server}/formgrader/api/submission/{ASSIGNMENT}/later/autograde",
+        method="POST",
+        headers={"Authorization": f"token {TOKEN}"},
+    )
+    with urllib.request.urlopen(request, timeout=120) as answer:  # noqa: S310
+        said = json.load(answer)
+    assert said["success"], said
+    assert course.rows()["later"] == {
+        "square-test": (2, False), "cube-test": (3, False), "why": (None, True),
+    }  # fmt: skip
+    assert course.graded("later").metadata["grading"].keys() == {
+        "run", "release", "checks", "environment", "seconds",
+    }  # fmt: skip
