@@ -19,7 +19,7 @@ from roboloc_reference.new_lines import recognize, squared_distances
 if TYPE_CHECKING:
     from numpy.random import Generator
 
-_EASY = (0.02, 0.05)  # so near, in gates, that it is the line by any measure
+_EASY = (0.0, 0.0)  # so near that it is the line by any measure
 _HINT_COPY = "Work on copies, or on new names."
 _HINT_GLOBAL = "Use the arguments alone, nothing global."
 
@@ -59,16 +59,16 @@ def _sighting(
         if turn:
             hs[0, j] = rng.choice([-1, 1]) * 3.1
         if long:
-            Q = Q + np.diag([0.0, 0.5])
+            Q = Q + np.diag([0.0, 4.0])
         S = Hs[j] @ Sigma @ Hs[j].T + Q
         unit = g if d[1] <= 1 else newness if d[0] >= 1.5 else 1.0
         size = rng.uniform(*d) * unit if unit != 1.0 else rng.uniform(1.15 * g, 0.85 * newness)
         v = off_by(rng, size, S, 1 if long else None)
         z = hs[:, j] + v
-        if turn and abs(z[0]) < math.pi:
-            continue
+        if name >= 0 and (abs(z[0]) >= math.pi) != turn:
+            continue  # whoever forgets to wrap is told by the cases that are meant for it
         z[0] = (z[0] + math.pi) % (2 * math.pi) - math.pi
-        if name < 0 and z[0] * (name + 1.5) > 0:
+        if (name < 0 and z[0] * (name + 1.5) > 0) or (long and z[1] <= 0.0):
             continue
         if name < 0:
             z, Q = np.array([z[0] - math.copysign(math.pi, z[0]), -z[1]]), Q * [[1, -1], [-1, 1]]
@@ -81,7 +81,7 @@ def _sighting(
 @remembered
 def known(rng: Generator) -> list[Case]:
     """Make observations of lines of the map."""
-    return [_sighting(rng, d) for d in ((0.2, 0.5), (0.8, 0.9)) * 3]
+    return [_sighting(rng, d) for d in ((0.2, 0.5), (0.8, 0.9)) * 6]
 
 
 @remembered
@@ -93,7 +93,7 @@ def new(rng: Generator) -> list[Case]:
 @remembered
 def doubtful(rng: Generator) -> list[Case]:
     """Make observations between the two gates; one of a known line shows that not all is in doubt."""
-    return [_sighting(rng, d) for d in (*((1.0, 1.2),) * 6, _EASY)]
+    return [_sighting(rng, d) for d in (*((1.0, 1.2),) * 12, _EASY)]
 
 
 @remembered
@@ -118,7 +118,7 @@ def other_name(rng: Generator) -> list[Case]:
 def two_near(rng: Generator) -> list[Case]:
     """Make observations that are within the gate of two lines; the second is the nearer one."""
     cases = []
-    while len(cases) < 4:
+    while len(cases) < 8:
         case = _sighting(rng, (0.8, 0.85))
         z, Q, hs, Hs, Sigma, g, newness = case.args
         j = case.expected[0]

@@ -121,7 +121,8 @@ def test_no_decision_hangs_by_rounding():
             continue
         for gate in (g * g, newness * newness):
             assert abs(d2[0] / gate - 1) > 0.1
-        assert d2[1] > 1.15 * d2[0]
+        if d2[0] < newness * newness:  # of a new line nobody asks which is the nearest
+            assert d2[1] > 1.15 * d2[0]
 
 
 def test_hidden_inputs_cover_what_the_notebook_promises():
