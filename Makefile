@@ -3,7 +3,7 @@
 
 SHELL := bash
 .DEFAULT_GOAL := help
-.PHONY: setup course test lint book notebooks bench mutation lab student-kit clean help
+.PHONY: setup course test lint book notebooks bench mutation drop-in lab student-kit clean help
 
 export PATH := $(CURDIR)/.venv/bin:$(PATH)
 # What is newer than these is made again.
@@ -46,6 +46,9 @@ bench: setup ## every speed claim, as a ratio against a named baseline
 
 mutation: setup ## the reference stages changed one sign or number at a time: do the hidden checks notice?
 	OPENBLAS_NUM_THREADS=1 python tools/mutation.py
+
+drop-in: setup ## nbgrader's own tests of autograding, with the plug-in in between (some minutes)
+	python tools/drop_in.py
 
 lab: setup ## JupyterLab on the student notebooks
 	jupyter lab notebooks
