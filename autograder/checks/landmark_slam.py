@@ -229,7 +229,7 @@ def any_landmark(rng: Generator) -> list[Case]:
 @remembered
 def after_laps(rng: Generator) -> list[Case]:
     """Make looks from headings beyond a turn."""
-    return [_measurement(rng, 2, 1, laps=True) for _ in range(4)]
+    return [_measurement(rng, 2, 1, laps=True) for _ in range(20)]
 
 
 _HINT_Z = "Put the landmark ahead of the robot, then to its left: what are bearing and range?"

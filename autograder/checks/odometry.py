@@ -227,7 +227,7 @@ def unlikely(rng: Generator) -> list[Case]:
 @remembered
 def single(rng: Generator) -> list[Case]:
     """Make sets of one particle."""
-    return [_seen(rng, sign * rng.uniform(0.2, 1.5), count=1) for sign in (1, -1, 1)]
+    return [_seen(rng, sign * rng.uniform(0.2, 1.5), count=1) for sign in (1, -1) * 8]
 
 
 _HINT_AHEAD = "One particle, one landmark: in which direction is it, and from where is the bearing counted?"

@@ -196,13 +196,13 @@ def seen(rng: Generator) -> list[Case]:
 def seen_behind(rng: Generator) -> list[Case]:
     """Make corrections by landmarks straight behind, or straight west: the points see them on both sides of a cut."""
     west = _sightings(rng, (2.0, 1.0, 0.5), (0.4, 1.2), west=True)
-    return _sightings(rng, (2.0, 1.0, 0.5, 2.0, 1.0), (3.02, 3.12)) + west
+    return _sightings(rng, (2.0, 1.0, 0.5) * 4, (3.02, 3.12)) + west
 
 
 @remembered
 def seen_negative(rng: Generator) -> list[Case]:
     """Make corrections with a negative weight in the centre, before the robot and behind."""
-    return _sightings(rng, (-1.0, -0.5), (0.3, 1.0)) + _sightings(rng, (-1.0, -0.7), (3.02, 3.12))
+    return _sightings(rng, (-1.0, -0.5), (0.3, 1.0)) + _sightings(rng, (-1.0, -0.7) * 8, (3.02, 3.12))
 
 
 @remembered

@@ -168,7 +168,7 @@ def _sights(rng: Generator, bearings: tuple[float, ...], *, shift: float = 0.0) 
 def ahead(rng: Generator) -> list[Case]:
     """Make landmarks before the robot, whose bearing needs no wrap."""
     cases: list[Case] = []
-    while len(cases) < 5:
+    while len(cases) < 12:
         (case,) = _sights(rng, (rng.uniform(0.2, 1.0) * rng.choice([-1, 1]),))
         x, landmark = case.args
         direction = math.atan2(*(landmark - x[:2])[::-1])
@@ -181,7 +181,7 @@ def ahead(rng: Generator) -> list[Case]:
 def around(rng: Generator) -> list[Case]:
     """Make landmarks whose direction less the heading is outside the turn."""
     cases: list[Case] = []
-    while len(cases) < 5:
+    while len(cases) < 12:
         (case,) = _sights(rng, (rng.uniform(0.5, 2.8) * rng.choice([-1, 1]),))
         x, landmark = case.args
         if abs(math.atan2(*(landmark - x[:2])[::-1]) - x[2]) > 3.5:
