@@ -2,14 +2,19 @@
 
 Each file of `hostile/` is one student's, in the form of the sample class; what it tries stands under its heading, and
 what it must get in `hostile/expected.csv`: points for answers that it left right, `manual` where a person looks. The
-column `stock` has what stock nbgrader gives it, where that is tried: points, or `reached` where it prints that it
-reached what it looked for. Many others would do harm to the machine there: they are to be run in the sandbox alone.
+column `stock` has what comes of it under stock nbgrader, where that is tried: points; `reached` where it prints that
+it reached what it looked for; `shown` where feedback has a hidden input or runs its script; `poisoned` where who is
+graded next finds what it left; `left` where its processes live on; `lost` where the command fails and the submission
+has no score at all. Many others would do harm to the machine there: they are to be run in the sandbox alone.
 """
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import os
+import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -18,7 +23,7 @@ import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 from nbgrader.utils import is_grade
 from processes import alive, children
-from temporary_course import ASSIGNMENT, Course, cell, hidden, printed, solution
+from temporary_course import ASSIGNMENT, NOTEBOOK, Course, cell, environment, hidden, printed, solution
 
 import sample_class
 from listener import Listener
@@ -34,6 +39,8 @@ CLASSES = {
 ANSWERS = {"square": "def square(x):\n    return x * x", "cube": "def cube(x):\n    return x**3"}
 FIRST, LAST = "a-class-mate", "z-class-mate"
 HIDDEN = ("31337", "219359", "31338", "219366")  # inputs and what an attack makes of them
+SEEN = HIDDEN[1]  # stock feedback shows every hidden test, but this an attack alone says
+SCRIPTS = ("<script>document.title", "<img src=x")
 LOOK = """
 import builtins, math, os, sys
 print([n for p in ("/tmp", "/dev/shm", ".", os.path.expanduser("~")) for n in os.listdir(p) if n[0] != "."])
@@ -43,7 +50,7 @@ LIMITS = {
     "call_cpu": 0.4, "cell_cpu": 0.6, "notebook_cpu": 4.0, "wall_factor": 2.0, "wall_extra": 3.0, "memory": 2 * 1024**3,
     "processes": 40, "file_size": 4 * 1024**2, "disk": 16 * 1024**2,
 }  # fmt: skip
-STOCK = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\nc.ExecutePreprocessor.timeout = 60\n'
+STOCK = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\nc.ExecutePreprocessor.timeout = 10\n'
 SQUARE_TEST = """
 assert isinstance(square(31337.0), float)
 np.testing.assert_allclose(square(31337.0), 982007569.0)
@@ -196,24 +203,70 @@ def test_no_hidden_input_is_shown(class_of_attacks, tmp_path):
     }
     assert len(pages) == 6
     assert [name for name, page in pages.items() if any(number in page for number in HIDDEN)] == []
-    assert [
-        name for name, page in pages.items() if "<script>document.title" in page or "<img src=x" in page
-    ] == []
+    assert [name for name, page in pages.items() if any(script in page for script in SCRIPTS)] == []
 
 
-def test_attacks_win_against_stock_nbgrader(empty, expected, tmp_path):
-    """Attacks of the shelf get points under stock nbgrader that they do not deserve: the shelf is not harmless."""
-    tried = {name: row["stock"] for name, row in expected.items() if row["stock"]}
-    course = empty.copy(tmp_path / "course")
+def marked(mark):
+    """Return the processes that run with a mark in their environment."""
+    found = []
+    for path in Path("/proc").glob("[0-9]*/environ"):
+        with contextlib.suppress(OSError):
+            if mark.encode() in path.read_bytes():
+                found.append(int(path.parent.name))
+    return found
+
+
+@pytest.fixture(scope="module")
+def stock(empty, expected, tmp_path_factory):
+    """Grade with stock nbgrader what is tried there, with a home of its own; return the course and who lives on."""
+    folder = tmp_path_factory.mktemp("stock")
+    course = empty.copy(folder / "course")
     (course.root / "nbgrader_config.py").write_text(STOCK, encoding="utf-8")
-    with Listener() as listener:
-        hand_in(course, tried, listener.port)
-        course.nbgrader("autograde", ASSIGNMENT)
-    won = {name: sum(pair) for name, pair in scores(course.rows()).items() if name in tried}
-    reached = {name for name in tried if "REACHED" in printed(course.graded(name))}
-    found = {name: "reached" if name in reached else f"{won[name]:g}" for name in tried}
-    assert found == tried
-    assert "0" not in found.values()  # none of these deserves a point
+    surroundings = environment(HOME=str(folder), ROBOLOC_MARK=str(folder))
+    surroundings.pop("IPYTHONDIR", None)
+    with Listener() as listener, (folder / "log").open("w") as log:
+        hand_in(course, [name for name, row in expected.items() if row["stock"]], listener.port)
+        for command in ("autograde", "generate_feedback"):
+            subprocess.run(  # its output goes to a file: orphans hold a pipe open
+                course.command(command, ASSIGNMENT), cwd=course.root, stdout=log, stderr=log, timeout=300, check=False,
+                env=surroundings,
+            )  # fmt: skip
+    living = {pid: Path(f"/proc/{pid}/cmdline").read_bytes() for pid in alive(marked(str(folder)))}
+    for pid in living:
+        os.kill(pid, signal.SIGKILL)
+    return course, [words for words in living.values() if b"4242" in words]
+
+
+def test_attacks_win_against_stock_nbgrader(stock, expected):
+    """Attacks of the shelf do under stock nbgrader what they are there for: the shelf is not harmless."""
+    course, lives_on = stock
+    rows = scores(course.rows())
+    assert rows[FIRST] == (2, 3)
+    poisoned = "True" in printed(course.graded(LAST))
+
+    def outcome(name):
+        if None in rows[name]:
+            return "lost"
+        page = (course.folder(name, "feedback") / f"{NOTEBOOK}.html").read_text(encoding="utf-8")
+        signs = {
+            "reached": "REACHED" in printed(course.graded(name)),
+            "shown": SEEN in page or any(script in page for script in SCRIPTS),
+            "poisoned": poisoned and name.startswith("poisoning"),
+            "left": lives_on and name.startswith("orphans"),
+        }
+        return next((sign for sign, there in signs.items() if there), f"{sum(rows[name]):g}")
+
+    tried = {name: row["stock"] for name, row in expected.items() if row["stock"]}
+    assert {name: outcome(name) for name in tried} == tried
+    assert "0" not in tried.values()  # none of these deserves a point
+
+
+def test_a_changed_argument_wins_where_no_test_asks_for_it(execute):
+    """The defence of a test against answers written over their arguments is its last line; without it they score."""
+    answer = sample_class.read_sample(SHELF / "arguments" / "answers-in-place.md").cells["cube"]
+    for test, score in ((CUBE_TEST, 0), (CUBE_TEST.rpartition("assert")[0], 2)):
+        run = execute(("given", "import numpy as np"), ("answer", answer, "def cube(x): ..."), ("test", test))
+        assert run.scores == [score], run.error()
 
 
 def test_right_answers_are_right():

@@ -153,6 +153,20 @@ def test_depth_and_number_of_items_are_bounded(monkeypatch):
         wire.decode([0, *[None] * 1001])
 
 
+def test_without_its_bounds_the_wire_is_won(monkeypatch):
+    """What the bounds are for: without them depth ends the reader, and a generator points into its memory."""
+    deep = 0
+    for _ in range(2000):
+        deep = [0, deep]
+    monkeypatch.setattr(wire._Budget, "spend", lambda *_: None)
+    with pytest.raises(RecursionError):
+        wire.decode(deep)
+    monkeypatch.setattr(wire, "_BUFFERS", {})
+    outside = wire.decode(_with(TWISTER, "state", "pos", value=10**6))
+    place = outside.bit_generator.state["state"]["pos"]
+    assert place == 10**6  # never drawn from: that would read beyond the buffer
+
+
 def test_an_array_that_announces_much_takes_little():
     """An array that announces a terabyte without bytes takes no memory, whether or not it is refused."""
     tracemalloc.start()
