@@ -1,4 +1,4 @@
-"""What a run leaves on the disk when it is broken off or its source changes meanwhile, so that the next one sees it.
+"""Breaking a run off, and what it leaves on the disk then or when its source changes, for the next one to see.
 
 A folder of `autograded` that is not finished carries a marker from its first moment to its last one. Whatever the
 moment of a kill, the folder is not there, or is empty, or has the marker, or is finished.
@@ -9,6 +9,9 @@ from __future__ import annotations
 import errno
 import os
 import shutil
+import signal
+import threading
+from contextlib import contextmanager
 from typing import TYPE_CHECKING
 
 from nbgrader.api import InvalidEntry
@@ -17,10 +20,41 @@ from sqlalchemy.exc import OperationalError
 from .sandbox import SandboxError
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
     from pathlib import Path
 
 MARKER = ".being-graded"
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
+
+
+@contextmanager
+def hearing_ctrl_c() -> Iterator[Callable[[], None]]:
+    """Let no Ctrl-C be lost: Python drops the exception where it meets a finalizer.
+
+    Yields
+    ------
+    callable
+        Raises `KeyboardInterrupt` where there has been a Ctrl-C since the beginning.
+    """
+    heard = threading.Event()
+
+    def hear(*_: object) -> None:
+        heard.set()
+        raise KeyboardInterrupt
+
+    def check() -> None:
+        if heard.is_set():
+            raise KeyboardInterrupt
+
+    ours = threading.current_thread() is threading.main_thread()
+    if not ours or signal.getsignal(signal.SIGINT) is not signal.default_int_handler:
+        yield check  # a program around us has its own way
+        return
+    signal.signal(signal.SIGINT, hear)
+    try:
+        yield check
+    finally:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
 
 
 def begin(folder: Path) -> None:

@@ -30,7 +30,15 @@ from sqlalchemy.engine import make_url
 from traitlets import Bool, Integer, Unicode
 
 from .database import one_engine
-from .interrupted import MARKER, begin, is_interrupted, of_the_machine, remove, state_of
+from .interrupted import (
+    MARKER,
+    begin,
+    hearing_ctrl_c,
+    is_interrupted,
+    of_the_machine,
+    remove,
+    state_of,
+)
 from .isolated import IsolatedExecute
 from .pool import Job, Pool, unpack
 from .progress import Progress
@@ -41,6 +49,7 @@ if TYPE_CHECKING:
     from .cluster import ClusterPool
 
 AHEAD = 4  # submissions prepared for each process of the pool
+LISTEN = 1.0  # seconds between two looks at whether there has been a Ctrl-C
 READS = 3  # times that a submission is read which somebody writes to meanwhile
 
 
@@ -115,8 +124,9 @@ class ParallelAutograde(Autograde):
         progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
         errors: list[Submission] = []
         under_way: list[Submission] = []
-        with self._pool(scheduler) as pool, one_engine():
+        with hearing_ctrl_c() as check_ctrl_c, self._pool(scheduler) as pool, one_engine():
             while todo or under_way:
+                check_ctrl_c()
                 while todo and len(under_way) < AHEAD * pool.size:
                     submission = todo.pop(0)
                     if self._attempt(
@@ -127,7 +137,8 @@ class ParallelAutograde(Autograde):
                         progress.step(submission.student)
                 futures = [future for submission in under_way for future in submission.jobs.values()]
                 if futures and not any(submission.done for submission in under_way):
-                    wait([future for future in futures if not future.done()], return_when=FIRST_COMPLETED)
+                    unfinished = [future for future in futures if not future.done()]
+                    wait(unfinished, timeout=LISTEN, return_when=FIRST_COMPLETED)
                 for submission in [s for s in under_way if s.done]:
                     under_way.remove(submission)
                     self._attempt(submission, errors, lambda s=submission: self._store(s))

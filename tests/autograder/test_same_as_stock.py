@@ -19,8 +19,8 @@ QUICKSTART = Path(nbgrader.__file__).parent / "docs" / "source" / "user_guide"
 PLAIN = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\nc.ExecutePreprocessor.timeout = 120\n'
 ISOLATED = PLAIN + "from autograder.plugin import configure\nconfigure(c)\n"
 ASSIGNMENT = "ekf-localization"
-HONEST = ["perfect", "alternative-series", "blank", "mistake-gx-transposed", "mistake-division-by-zero"]
-OF_ALL = ["perfect"]  # of this one all notebooks, of the others motion-model
+HONEST = ["perfect", "blank", "mistake-gx-transposed", "mistake-division-by-zero"]
+ALSO = {("perfect", "association")}  # of the others motion-model
 
 
 def nbgrader_command(folder, *arguments):
@@ -68,7 +68,7 @@ def honest(tmp_path_factory):
     notebooks.build_sources(folder / "solutions", folder / "source")
     (assignment,) = (one for one in course.assignments(folder) if one.name == ASSIGNMENT)
     students = {
-        name: {n: sample for n, sample in has.items() if name in OF_ALL or n == "motion-model"}
+        name: {n: sample for n, sample in has.items() if (name, n) in ALSO or n == "motion-model"}
         for name, has in assignment.students.items()
         if name in HONEST
     }
@@ -82,7 +82,7 @@ def honest(tmp_path_factory):
 
 
 def test_an_honest_class_scores_as_under_stock(honest):
-    """Right answers, another right way, mistakes and a blank notebook get the same score in each cell."""
+    """Right answers, mistakes and a blank notebook get the same score in each cell."""
     stock, isolated = honest
     assert isolated == stock
 
@@ -91,8 +91,8 @@ def test_the_honest_class_is_not_all_alike(honest):
     """The comparison is of full, partial and no marks, and of every cell of every student."""
     stock, _ = honest
     assert {student for student, _, _ in stock} == set(HONEST)
-    assert len({notebook for _, notebook, _ in stock}) == 3
-    assert len(stock) == 8 * (len(HONEST) + 2 * len(OF_ALL))
+    assert len({notebook for _, notebook, _ in stock}) == 2
+    assert len(stock) == 8 * (len(HONEST) + len(ALSO))
     scores = {(student, cell): score for (student, _, cell), (score, _) in stock.items()}
     assert scores["perfect", "dynamics-test"] == 10
     assert scores["mistake-gx-transposed", "dynamics-test"] == 8

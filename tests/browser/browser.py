@@ -29,7 +29,7 @@ def visit(visits, parallel=2, timeout=600):
     Returns
     -------
     list of dict
-        One report for each visit.
+        One report for each visit, or for each of its views.
 
     Raises
     ------

@@ -110,6 +110,28 @@ def test_theme_is_the_one_asked_for(page):
     assert dark["value"] == [True, "dark"]
 
 
+def test_views_show_one_page_in_turn(page):
+    """A page that is loaded once is reported in each theme and width asked for, with what it asks for only then."""
+    body = """<style>p { color: #000 } [data-theme=dark] p { color: #999; background: #aaa }</style><p>words</p><script>
+      matchMedia("(max-width: 500px)").addEventListener("change", () => console.error("narrow"));
+    </script>"""
+    dark = "matchMedia('(prefers-color-scheme: dark)').matches"
+    run = f"return [{dark}, innerWidth, document.documentElement.dataset.theme]"
+    views = [
+        {"run": run},
+        {"run": run, "theme": "dark", "axe": ["color-contrast"]},
+        {"run": run, "width": 360},
+    ]
+    first, dark, narrow, other = visit(
+        [{"url": page(GOOD + body), "views": views}, {"url": page(GOOD, "other.html")}]
+    )
+    assert first["value"] == [False, 1280, None]
+    assert dark["value"] == [True, 1280, "dark"]
+    assert [v["id"] for v in dark["axe"]] == ["color-contrast"]
+    assert narrow["value"] == [False, 360, "light"]
+    assert [len(report["console"]) for report in (first, dark, narrow, other)] == [0, 0, 1, 0]
+
+
 @pytest.mark.parametrize("missing", ["chromium", "node"])
 def test_missing_program_is_a_failure(monkeypatch, missing):
     """Without Chromium or Node.js a visit fails and says what to do."""

@@ -15,8 +15,10 @@
 //     axe          true: run axe-core's WCAG 2.1 A and AA rules; a list: only the rules it names; default false
 //     screenshot   path of a PNG to write, default none
 //     full         true: the screenshot shows the whole page, default false
+//     views        list of what to look at one after the other without loading the page again, each with its own of
+//                  the fields from `width` to `full` except `wait`; default: one, with the visit's fields
 //
-// Report: {"visits": [...]}, each with
+// Report: {"visits": [...]}, one for each view, in order, each with
 //     url, title
 //     requests     every address the page asked for, {url, type, failure}: failure is null, the network error,
 //                  or "status 404"
@@ -63,6 +65,12 @@ function rememberTheme(theme) {
   }
 }
 
+// Change the theme of a page that is open, as the book's own switch does.
+async function changeTheme(theme) {
+  Object.assign(document.documentElement.dataset, { mode: theme, theme });
+  await new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+}
+
 // Wait until MathJax, if the page uses it, has rendered everything, then count.
 async function inspect() {
   await document.fonts.ready;
@@ -90,13 +98,35 @@ async function inspect() {
   };
 }
 
+async function look(page, view) {
+  const found = await page.evaluate(inspect);
+  let value = null;
+  if (view.run) value = await page.evaluate(`(async () => { ${view.run} })()`);
+  return { ...found, value };
+}
+
+async function runAxe(page, rules) {
+  if (!(await page.evaluate(() => Boolean(window.axe)))) await page.addScriptTag({ path: AXE });
+  const options = { runOnly: rules === true ? RULES : rules, resultTypes: ["violations"], preload: false };
+  const result = await page.evaluate((chosen) => window.axe.run(chosen), options);
+  return result.violations.map(({ id, impact, help, nodes }) => ({
+    id,
+    impact,
+    help,
+    nodes: nodes.map((n) => ({ target: n.target.join(" "), html: n.html, summary: n.failureSummary })),
+  }));
+}
+
 async function visit(context, job) {
   const page = await context.newPage();
+  const views = job.views ?? [job];
   try {
-    await page.setViewportSize({ width: job.width ?? 1280, height: job.height ?? 900 });
-    const theme = job.theme ?? "light";
-    await page.emulateMedia({ colorScheme: theme, reducedMotion: "reduce" });
-    await page.addInitScript(rememberTheme, theme);
+    const show = async ({ theme, width, height }) => {
+      await page.setViewportSize({ width: width ?? 1280, height: height ?? 900 });
+      await page.emulateMedia({ colorScheme: theme ?? "light", reducedMotion: "reduce" });
+    };
+    await show(views[0]);
+    await page.addInitScript(rememberTheme, views[0].theme ?? "light");
 
     const requests = new Map();
     const messages = [];
@@ -113,26 +143,19 @@ async function visit(context, job) {
 
     await page.goto(job.url, { waitUntil: "load", timeout: 60_000 });
     if (job.wait) await page.waitForSelector(job.wait, { timeout: 30_000 });
-    const found = await page.evaluate(inspect);
-    let value = null;
-    if (job.run) value = await page.evaluate(`(async () => { ${job.run} })()`);
-    const asked = [...requests.values()];
-    const said = [...messages];
-    let axe = null;
-    if (job.axe) {
-      await page.addScriptTag({ path: AXE });
-      const options = { runOnly: job.axe === true ? RULES : job.axe, resultTypes: ["violations"], preload: false };
-      const result = await page.evaluate((chosen) => window.axe.run(chosen), options);
-      axe = result.violations.map(({ id, impact, help, nodes }) => ({
-        id,
-        impact,
-        help,
-        nodes: nodes.map((n) => ({ target: n.target.join(" "), html: n.html, summary: n.failureSummary })),
-      }));
+    const reports = [];
+    for (const view of views) {
+      if (reports.length) {
+        await show(view);
+        await page.evaluate(changeTheme, view.theme ?? "light");
+      }
+      const found = await look(page, view);
+      const seen = { requests: [...requests.values()], console: [...messages], errors: [...errors] };
+      const axe = view.axe ? await runAxe(page, view.axe) : null;
+      if (view.screenshot) await page.screenshot({ path: view.screenshot, fullPage: view.full ?? false });
+      reports.push({ url: job.url, title: await page.title(), ...seen, ...found, axe });
     }
-    if (job.screenshot) await page.screenshot({ path: job.screenshot, fullPage: job.full ?? false });
-    const title = await page.title();
-    return { url: job.url, title, requests: asked, console: said, errors, ...found, value, axe };
+    return reports;
   } finally {
     await page.close();
   }
@@ -157,7 +180,7 @@ try {
     }
   };
   await Promise.all(Array.from({ length: job.parallel ?? 2 }, worker));
-  process.stdout.write(JSON.stringify({ visits }) + "\n");
+  process.stdout.write(JSON.stringify({ visits: visits.flat() }) + "\n");
 } catch (error) {
   console.error(`visit: ${error.message}`);
   process.exitCode = 1;
