@@ -12,7 +12,6 @@ checks and the misconceptions; see :func:`gather`. It is looked for in two ways:
 from __future__ import annotations
 
 import ast
-import copy
 import json
 import re
 from dataclasses import dataclass, field
@@ -100,7 +99,8 @@ def shape(nodes: list[ast.AST]) -> str:
     (True, False)
     """
     numbered = _Numbered()
-    return "\n".join(ast.dump(numbered.visit(copy.deepcopy(node))) for node in nodes)
+    # Read again, not copied: see `student_source`.
+    return "\n".join(ast.dump(numbered.visit(ast.parse(ast.unparse(node)))) for node in nodes)
 
 
 def _body(function: ast.FunctionDef) -> list[ast.stmt]:

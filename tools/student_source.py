@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ast
-import copy
 import functools
 import inspect
 from typing import TYPE_CHECKING, Any
@@ -83,8 +82,10 @@ class _Rename(ast.NodeTransformer):
 
 
 def _written(node: ast.FunctionDef | ast.Lambda, name: str, renamed: dict[str, str]) -> str:
-    node = _Rename(renamed).visit(copy.deepcopy(node))
+    # Written and read again, not copied: trees share nodes such as `Load`, and IPython hangs whole trees on them.
+    (copy,) = ast.parse(ast.unparse(node)).body
     if isinstance(node, ast.Lambda):
-        return f"{name} = {ast.unparse(node)}"
+        return f"{name} = {ast.unparse(_Rename(renamed).visit(copy))}"
+    node = _Rename(renamed).visit(copy)
     node.name, node.returns = name, None
     return ast.unparse(node)
