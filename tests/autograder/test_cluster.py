@@ -181,9 +181,13 @@ def test_ctrl_c_leaves_what_the_next_run_goes_on_from(workers, course, here, tmp
     made = course.copy(tmp_path / "course")
     workers.running.wait_for_workers(2, timeout=60)
     workers.hold()
-    command = [*made.command("autograde", ASSIGNMENT), f"--ParallelAutograde.scheduler={workers.address}"]
+    command = made.command("autograde", ASSIGNMENT)
+    heard = (
+        "import signal; signal.signal(signal.SIGINT, signal.default_int_handler)"  # ignored in the background
+    )
+    start = f"{heard}; import runpy; runpy.run_module('nbgrader', run_name='__main__')"
     grader = subprocess.Popen(
-        command,
+        [sys.executable, "-c", start, *command[3:], f"--ParallelAutograde.scheduler={workers.address}"],
         cwd=made.root,
         env=environment(),
         stdout=subprocess.DEVNULL,

@@ -20,7 +20,7 @@ PLAIN = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\n
 ISOLATED = PLAIN + "from autograder.plugin import configure\nconfigure(c)\n"
 ASSIGNMENT = "ekf-localization"
 HONEST = ["perfect", "blank", "mistake-gx-transposed", "mistake-division-by-zero"]
-ALSO = {("perfect", "association")}  # of the others motion-model
+ALSO = {("perfect", "association-and-update")}  # of the others motion-model
 
 
 def nbgrader_command(folder, *arguments):

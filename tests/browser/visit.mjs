@@ -65,10 +65,14 @@ function rememberTheme(theme) {
   }
 }
 
-// Change the theme of a page that is open, as the book's own switch does.
+// Change the theme of a page that is open, as the book's own switch does, and wait until nothing moves any more.
 async function changeTheme(theme) {
   Object.assign(document.documentElement.dataset, { mode: theme, theme });
-  await new Promise((drawn) => requestAnimationFrame(() => requestAnimationFrame(drawn)));
+  const drawn = () => new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)));
+  await drawn();
+  const moving = document.getAnimations().map((animation) => animation.finished);
+  await Promise.race([Promise.allSettled(moving), new Promise((done) => setTimeout(done, 1000))]);
+  await drawn();
 }
 
 // Wait until MathJax, if the page uses it, has rendered everything, then count.
