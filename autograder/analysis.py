@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import builtins
+import functools
 import symtable
 from dataclasses import dataclass, field
 
@@ -30,6 +31,7 @@ class Names:
     imports: dict[str, tuple[str, str | None]] = field(default_factory=dict)
 
 
+@functools.lru_cache(maxsize=1024)  # a class shares all cells but its answers
 def analyse(source: str) -> Names:
     r"""Return the global names of a cell.
 

@@ -16,6 +16,7 @@ import sys
 import threading
 from concurrent.futures import Future, ThreadPoolExecutor
 from dataclasses import dataclass, field
+from pathlib import Path
 from typing import IO, TYPE_CHECKING
 
 import nbformat
@@ -25,6 +26,8 @@ from .sandbox import Sandbox, SandboxError
 from .worker.limits import Limits
 
 if TYPE_CHECKING:
+    from types import ModuleType
+
     from nbformat import NotebookNode
 
 ATTEMPTS = 2
@@ -110,6 +113,14 @@ def _sandbox(job: Job) -> Sandbox:
     return _sandboxes[key]
 
 
+def load() -> tuple[ModuleType, ModuleType]:
+    """Import what executes, and the checks, and return both modules; the grader's first process needs neither."""
+    from . import execute as execute_  # noqa: PLC0415
+    from . import grading  # noqa: PLC0415
+
+    return execute_, grading
+
+
 def execute(job: Job) -> str:
     """Execute a notebook in this process.
 
@@ -129,32 +140,46 @@ def execute(job: Job) -> str:
     SandboxError
         If no sandbox can be had at all.
     """
-    from .execute import Execution  # noqa: PLC0415  (the parent process needs no IPython)
-    from .grading import grading_run  # noqa: PLC0415
-
     if job.problem:
         return failed(job, job.problem)
     if job.nothing:
         return unexecuted(job)
-    for attempt in range(ATTEMPTS):
+    problem = ""
+    for _ in range(ATTEMPTS):
         sandbox = _sandbox(job)
+        execute_, grading = load()
         notebook = unpack(job.notebook)
+        killed = killed_for_memory()
         try:
-            with grading_run(run_id=job.run, secret=job.secret or None, explain=job.explain):
+            with grading.grading_run(run_id=job.run, secret=job.secret or None, explain=job.explain):
                 limits = Limits.from_list(list(job.limits))
-                execution = Execution(notebook, job.release, sandbox, limits, job.files, warm=job.warm)
+                execution = execute_.Execution(
+                    notebook, job.release, sandbox, limits, job.files, warm=job.warm
+                )
                 execution.run()
         except SandboxError:
             _close_sandboxes()
-            if attempt + 1 == ATTEMPTS:
-                return failed(job, "the sandbox ended while this notebook ran, twice")
+            problem = "the sandbox ended while this notebook ran, twice"
+            continue
         except Exception as error:  # noqa: BLE001  (whatever goes wrong in the grader: a person, never a silent 0)
             return failed(job, f"the grader itself failed: {type(error).__name__}: {error}")
-        else:
-            seconds = limits.notebook_cpu - execution.session.left
-            notebook.metadata["grading"] = {**job.record(), "seconds": round(seconds, 2)}
-            return pack(notebook)
-    raise AssertionError  # pragma: no cover
+        if (
+            killed_for_memory() != killed
+        ):  # a process of this notebook may be among them, which has not ended itself
+            problem = "this machine ran out of memory while this notebook ran, twice"
+            continue
+        seconds = limits.notebook_cpu - execution.session.left
+        notebook.metadata["grading"] = {**job.record(), "seconds": round(seconds, 2)}
+        return pack(notebook)
+    return failed(job, problem)
+
+
+def killed_for_memory() -> int:
+    """Return how many processes the kernel has ended on this machine, since it started, for want of memory."""
+    for line in Path("/proc/vmstat").read_text(encoding="ascii").splitlines():
+        if line.startswith("oom_kill "):
+            return int(line.split()[1])
+    return 0
 
 
 def failed(job: Job, reason: str) -> str:

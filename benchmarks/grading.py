@@ -9,7 +9,8 @@ Times are wall times of the whole command, its start included: a new process, im
 overhead is what is left of them without the cells' own work, which is measured in an IPython shell with all imports
 done. From each side that work is subtracted which it does: stock nbgrader runs every cell of every submission, and its
 tests compute what is right anew; ours runs the instructor's cells at the beginning once for the class, and its tests
-keep what is right. Less is subtracted from ours, so the ratio does not profit from the work that is saved.
+keep what is right. Less is subtracted from ours, so the ratio does not profit from the work that is saved. (With stock
+nbgrader's amount subtracted from both, ours is below zero: its whole wall time is shorter than that work.)
 """
 
 import contextlib

@@ -176,7 +176,7 @@ def writer() -> Result:
     print(f"        a submission: writer {stored:.3g} s, worker {done:.3g} s", flush=True)
     baseline = f"processor time of the writer for the same submissions of {ASSIGNMENT}, start subtracted"
     return Result(
-        "grading-writer: time of a worker, how many a writer keeps busy", done / stored, 8, baseline
+        "grading-writer: time of a worker, how many a writer keeps busy", done / stored, 4, baseline
     )
 
 

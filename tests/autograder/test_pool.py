@@ -10,6 +10,7 @@ import pickle
 import signal
 import struct
 import time
+from pathlib import Path
 
 import nbformat
 import pytest
@@ -133,6 +134,23 @@ def test_a_sandbox_that_ends_is_had_again(job, monkeypatch, sandbox):
     assert determine_grade(cells_of(pool_.execute(job(RIGHT, TEST)))[0])[0] == 2
     ends[:] = [True, True]
     assert "twice" in cells_of(pool_.execute(job(RIGHT, TEST)))[0].metadata[REVIEW]
+
+
+def test_a_notebook_is_done_again_where_the_machine_runs_out_of_memory(job, sandbox, monkeypatch):
+    """What the kernel kills for want of memory is not the submission's doing: once more, and then a person looks."""
+    monkeypatch.setattr(pool_, "_sandbox", lambda job: sandbox)
+    counted = iter([3, 4, 4, 4])
+    monkeypatch.setattr(pool_, "killed_for_memory", lambda: next(counted))
+    assert determine_grade(cells_of(pool_.execute(job(RIGHT, TEST)))[0])[0] == 2
+    assert next(counted, None) is None
+    counted = iter([4, 5, 5, 6])
+    assert "out of memory" in cells_of(pool_.execute(job(RIGHT, TEST)))[0].metadata[REVIEW]
+
+
+def test_what_the_kernel_kills_for_memory_is_counted():
+    """The kernel's count is a number that stays where nothing is killed."""
+    assert pool_.killed_for_memory() == pool_.killed_for_memory() >= 0
+    assert "\noom_kill " in Path("/proc/vmstat").read_text(encoding="ascii")
 
 
 def test_without_a_sandbox_nothing_is_graded(job, monkeypatch):
