@@ -26,10 +26,10 @@ $(BOOK): $(call files,book notebooks src) _config.yml _toc.yml requirements.lock
 	jupyter-book build -W -n --keep-going .
 	@touch $@
 
-# Three processes on two processors: many tests wait, for a limit, a server or a browser.
+# Four processes on two processors: many tests wait, for a limit, a server or a browser.
 test: lint ## everything CI runs
 	@$(MAKE) --no-print-directory $(BOOK)
-	OPENBLAS_NUM_THREADS=1 pytest -n 3 --dist loadfile --no-loadscope-reorder
+	OPENBLAS_NUM_THREADS=1 pytest -n 4 --dist loadfile --no-loadscope-reorder
 	python tools/course.py
 
 lint: setup ## ruff: rules and format
