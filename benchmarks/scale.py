@@ -3,7 +3,8 @@
 The notebook is a tiny one, so that what is measured is the grader: two functions with hidden tests. Every submission
 differs by a comment from every other. Classes of `SMALL` and of `LARGE` are graded from nothing by a command of their
 own, with as many processes as it takes by itself, after one of a single submission, whose time is that of the start and
-is subtracted. All scores are asserted to be full marks.
+is subtracted. All scores are asserted to be full marks. The large class is graded once more, killed half way and
+finished by the next command.
 
 The writer is the one process that reads and stores, the workers are all others. How many workers it can keep busy is
 asked of the real notebook `ekf-localization`, too.
@@ -12,6 +13,7 @@ asked of the real notebook `ekf-localization`, too.
 import contextlib
 import functools
 import shutil
+import signal
 import sqlite3
 import sys
 import tempfile
@@ -93,8 +95,8 @@ def make_powers(folder: Path, count: int) -> None:
         nbformat.write(notebook, target / f"{TINY}.ipynb")
 
 
-def grade(folder: Path, assignment: str, *options: str) -> Used:
-    """Grade a course by a command of its own."""
+def grade(folder: Path, assignment: str, *options: str, until: int | None = None) -> Used:
+    """Grade a course by a command of its own, killed with SIGKILL once `until` submissions are there."""
     (folder / "nbgrader_config.py").write_text(OURS, encoding="utf-8")
     largest = {True: 0, False: 0}
     with (folder / "log").open("w") as log:
@@ -108,18 +110,28 @@ def grade(folder: Path, assignment: str, *options: str) -> Used:
                 with contextlib.suppress(psutil.NoSuchProcess):
                     own = process.pid == command.pid
                     largest[own] = max(largest[own], process.memory_info().rss)
+            if until is not None and len(list(folder.glob("autograded/*"))) >= until:
+                cpu = sum(command.cpu_times()[:2])
+                command.kill()
+                command.wait()
+                break
             time.sleep(EVERY)
         wall = time.perf_counter() - begin
-    if command.returncode:
-        raise RuntimeError(f"grading failed:\n{(folder / 'log').read_text()[-2000:]}")
-    cpu = float((folder / "used").read_text(encoding="utf-8"))
+    if command.returncode != (0 if until is None else -signal.SIGKILL):
+        raise RuntimeError(
+            f"grading ended with {command.returncode}:\n{(folder / 'log').read_text()[-2000:]}"
+        )
+    if until is None:
+        cpu = float((folder / "used").read_text(encoding="utf-8"))
     return Used(wall, cpu, largest[True] / 2**20, largest[False] / 2**20)
 
 
-def _full_marks(folder: Path) -> int:
-    """Return how many test cells of the class have full marks."""
+def _require_full_marks(folder: Path, count: int) -> None:
+    """Require every test cell of a class of `count` to have full marks."""
     with contextlib.closing(sqlite3.connect(folder / "gradebook.db")) as database:
-        return database.execute("select count(*) from grade where auto_score = 1").fetchone()[0]
+        right = database.execute("select count(*) from grade where auto_score = 1").fetchone()[0]
+    if right != count * len(TESTS):
+        raise ArithmeticError(f"expected {count * len(TESTS)} test cells of full marks, got {right}")
 
 
 @functools.cache
@@ -131,8 +143,7 @@ def measure() -> dict[int, Used]:
             folder = Path(name).resolve()
             make_powers(folder, count)
             found[count] = grade(folder, TINY)
-            if (right := _full_marks(folder)) != count * len(TESTS):
-                raise ArithmeticError(f"expected {count * len(TESTS)} test cells of full marks, got {right}")
+            _require_full_marks(folder, count)
         print(f"        {count} submissions: {found[count]}", flush=True)
     return found
 
@@ -161,6 +172,20 @@ def memory() -> Result:
     return Result(f"grading-{LARGE}: largest process of the grader", ratio, 1 / 1.2, baseline)
 
 
+def resumed() -> Result:
+    """Compare the large class graded in one piece with one killed half way and finished by the next command."""
+    with tempfile.TemporaryDirectory(prefix="scale-") as name:
+        folder = Path(name).resolve()
+        make_powers(folder, LARGE)
+        killed = grade(folder, TINY, until=LARGE // 2)
+        finished = grade(folder, TINY)
+        _require_full_marks(folder, LARGE)
+    print(f"        killed after {killed.wall:.3g} s, finished in {finished.wall:.3g} s more", flush=True)
+    ratio = measure()[LARGE].wall / (killed.wall + finished.wall)
+    baseline = "the same class in one piece"
+    return Result(f"grading-{LARGE}: killed half way and finished, both commands", ratio, 1 / 1.2, baseline)
+
+
 def writer() -> Result:
     """Ask how many workers one writer can keep busy with a real notebook."""
     with tempfile.TemporaryDirectory(prefix="scale-") as name:
@@ -180,4 +205,4 @@ def writer() -> Result:
     )
 
 
-BENCHMARKS = (cost, memory, writer)
+BENCHMARKS = (cost, memory, resumed, writer)
