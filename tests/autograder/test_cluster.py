@@ -3,11 +3,14 @@
 from __future__ import annotations
 
 import json
+import os
 import re
+import shutil
 import signal
 import subprocess
 import sys
 import threading
+import zipfile
 from importlib.metadata import version
 from pathlib import Path
 from unittest import mock
@@ -27,7 +30,8 @@ from autograder.parallel import MARKER, ParallelAutograde
 from autograder.roles import REVIEW
 from autograder.sandbox import PACKAGES
 
-GUIDE = Path(__file__).resolve().parents[2] / "book" / "instructor-guide.md"
+ROOT = Path(__file__).resolve().parents[2]
+GUIDE = ROOT / "book" / "instructor-guide.md"
 SECRET = "of-the-instructor"  # noqa: S105
 # A test cell is given the secret of the course, whoever executes it.
 SAME_SECRET = f"""
@@ -277,11 +281,12 @@ def commands(tmp_path):
     made = Workers(tmp_path)
     started = []
 
-    def start(kind, *options, **variables):
+    def start(kind, *options, within=(), **variables):
         where = tmp_path / "scheduler.json"
+        command = [*within, sys.executable, "-m", "dask", kind, "--scheduler-file", where]
         started.append(
             subprocess.Popen(
-                [sys.executable, "-m", "dask", kind, "--scheduler-file", where, "--dashboard-address", ":0", *options],
+                [*command, "--dashboard-address", ":0", *options],
                 cwd=tmp_path, env=environment(**variables), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             )
         )  # fmt: skip
@@ -353,4 +358,40 @@ def test_encrypted_by_the_configuration_of_dask(commands, course, here, tmp_path
     assert not made.rows()
     address = f"--ParallelAutograde.scheduler={workers.address}"
     made.nbgrader("autograde", ASSIGNMENT, address, DASK_CONFIG=str(folder))
+    assert made.rows() == here.rows()
+
+
+@pytest.fixture(scope="module")
+def wheel(tmp_path_factory):
+    """Unpack the wheel of the package in a folder of its own."""
+    folder = tmp_path_factory.mktemp("wheel")
+    for name in ("pyproject.toml", "README.md", "LICENSE", "src", "autograder"):
+        copy = shutil.copytree if (ROOT / name).is_dir() else shutil.copy
+        copy(ROOT / name, folder / name)
+    script = "import sys; from setuptools import build_meta; build_meta.build_wheel(sys.argv[1])"
+    command = [sys.executable, "-c", script, str(folder)]
+    subprocess.run(command, cwd=folder, check=True, capture_output=True)
+    (made,) = folder.glob("*.whl")
+    with zipfile.ZipFile(made) as opened:
+        opened.extractall(folder / "site")
+    return folder / "site"
+
+
+def test_a_worker_needs_the_package_and_bubblewrap_alone(commands, course, here, wheel, tmp_path):
+    """A worker that has our wheel, but neither repository, course nor shared files, grades like a process here."""
+    workers, start = commands
+    made = course.copy(tmp_path / "course")
+    start("scheduler", "--host", "127.0.0.1", "--port", "0")
+    hidden_from_it = [option for path in (ROOT, made.root, course.root) for option in ("--tmpfs", str(path))]
+    prefix = ("--ro-bind", sys.prefix, sys.prefix)  # which may lie in the repository
+    within = (shutil.which("bwrap"), "--dev-bind", "/", "/", *hidden_from_it, *prefix, "--die-with-parent")
+    start("worker", "--no-nanny", "--nthreads", "1", within=within, PYTHONPATH=str(wheel))
+    with Client(workers.address, set_as_default=False) as client:
+        client.wait_for_workers(1, timeout=60)
+        (file,) = client.run(eval, "__import__('autograder').__file__").values()
+        assert file == str(wheel / "autograder" / "__init__.py")
+        for path in (ROOT / "autograder", made.root / "gradebook.db", course.root / "source"):
+            assert path.exists()
+            assert list(client.run(os.path.exists, str(path)).values()) == [False]
+    made.nbgrader("autograde", ASSIGNMENT, f"--ParallelAutograde.scheduler={workers.address}")
     assert made.rows() == here.rows()
