@@ -52,6 +52,9 @@ class IsolatedExecute(NbGraderPreprocessor):
     )
     wall_extra = Float(_DEFAULT.wall_extra, help="... plus this many seconds.").tag(config=True)
     memory = Integer(_DEFAULT.memory, help="Address space of a process in bytes.").tag(config=True)
+    notebook_memory = Integer(
+        _DEFAULT.notebook_memory, help="Memory of all processes of a notebook together in bytes."
+    ).tag(config=True)
     processes = Integer(_DEFAULT.processes, help="Processes and threads of a notebook.").tag(config=True)
     file_size = Integer(_DEFAULT.file_size, help="Largest file in bytes.").tag(config=True)
     disk = Integer(_DEFAULT.disk, help="All files of a notebook in bytes.").tag(config=True)

@@ -44,6 +44,8 @@ SITE = "/opt/site"
 WORKER = "/opt/worker"
 NAME = "notebook_session"
 START_TIMEOUT = 120.0
+# Runs what follows; where memory runs out, the kernel ends what runs below it before any other process of the machine.
+FIRST_TO_GO = ("/bin/sh", "-c", 'echo 1000 2>/dev/null >/proc/self/oom_score_adj; exec "$@"', "sh")
 _CAP_MODES = {
     # Root on its own machine: no user namespace; a notebook gets an unprivileged user of its own, so that the limit on
     # processes, which the kernel does not apply to root, holds.
@@ -277,7 +279,7 @@ class Sandbox:
         self.control, theirs = pair()
         descriptor = theirs.fileno()
         self.process = subprocess.Popen(  # noqa: S603
-            [*arguments, str(descriptor)],
+            [*FIRST_TO_GO, *arguments, str(descriptor)],
             pass_fds=[descriptor], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE,
         )  # fmt: skip
         theirs.close()

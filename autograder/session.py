@@ -6,6 +6,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from . import frames, wire
+from .memory import MemoryWatch
 from .sandbox import SandboxError, finish
 from .worker.channel import Channel, Closed
 
@@ -23,6 +24,7 @@ REASONS = {
     "cell": "the time of this cell is used up",
     "notebook": "the time of this notebook is used up",
     "died": "it ended its own process",
+    "memory": "it used more memory than a notebook may",
     "protocol": "it wrote to the grader's own channel",
     "lost": "it ended the processes it depends on",
 }
@@ -88,7 +90,12 @@ class Session:
         self.beginning = beginning
         self.history: list[list] = []
         self.left = limits.notebook_cpu
-        self.channel = self._open()
+        self.watch = MemoryWatch(sandbox.process.pid, limits.notebook_memory)
+        try:
+            self.channel = self._open()
+        except BaseException:
+            self.watch.stop()
+            raise
 
     def _open(self) -> Channel:
         channel = self.sandbox.open(self.limits, self.beginning)
@@ -104,6 +111,7 @@ class Session:
     def _request(self, request: list, cpu: float = 0.0) -> list:
         """Send a request to the warden and return its answer's fields."""
         wall = 2 * self.limits.wall(cpu) + SLACK
+        ended = self.watch.ended
         try:
             self.channel.send(request, wall)
             answer = self.channel.receive(wall)
@@ -111,7 +119,8 @@ class Session:
             raise SandboxError(f"the sandbox does not answer ({type(error).__name__})") from error
         kind, *fields, self.left = answer
         if kind == "ended":
-            raise Ended(fields[0])
+            by_watch = fields[0].startswith("died") and self.watch.ended > ended
+            raise Ended("memory" if by_watch else fields[0])
         return fields
 
     def _recover(self) -> None:
@@ -209,4 +218,5 @@ class Session:
 
     def close(self) -> bool:
         """End the notebook; return whether all its processes were seen to end."""
+        self.watch.stop()
         return finish(self.channel)

@@ -1,6 +1,7 @@
 """What the guides of the book show is what the project says and does."""
 
 import re
+from dataclasses import asdict
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ from traitlets.utils.importstring import import_item
 from autograder.grading import grade, grading_run
 from autograder.misconceptions.motion_model import heading_frozen
 from autograder.sandbox import REMEDY
+from autograder.worker.limits import Limits
 
 ROOT = Path(__file__).resolve().parents[1]
 STUDENT, INSTRUCTOR = (
@@ -45,6 +47,17 @@ def test_remedy_is_the_graders():
     """The refusal that the instructor guide shows is the grader's."""
     (shown,) = blocks(INSTRUCTOR, "text")
     assert shown == REMEDY.format(problem="it is not installed") + "\n"
+
+
+def test_limits_are_the_graders():
+    """The table of limits names every one, with what it is by default."""
+    units = {"s": 1, "": 1, "MiB": 2**20, "GiB": 2**30}
+    table = INSTRUCTOR.split("| `IsolatedExecute.` |")[1].split("\n\n")[0]
+    shown = {}
+    for names, values in re.findall(r"^\| (`.*?) \| (.*?) \|", table, re.MULTILINE):
+        found = [(float(number), units[unit]) for number, unit in re.findall(r"(\d+) ?(\w*)", values)]
+        shown |= dict(zip(re.findall(r"`(\w+)`", names), [n * unit for n, unit in found], strict=True))
+    assert shown == asdict(Limits())
 
 
 def test_settings_are_real():

@@ -20,6 +20,8 @@ class Limits:
         The wall clock may run this many times longer, plus this many seconds [s], before a process is ended.
     memory : int
         Address space of a process [bytes].
+    notebook_memory : int
+        What all processes of the notebook hold together [bytes]; see `autograder.memory`.
     processes : int
         Processes and threads of the notebook together.
     file_size : int
@@ -34,6 +36,7 @@ class Limits:
     wall_factor: float = 3.0
     wall_extra: float = 10.0
     memory: int = 4 * 1024**3
+    notebook_memory: int = 4 * 1024**3
     processes: int = 128
     file_size: int = 64 * 1024**2
     disk: int = 256 * 1024**2

@@ -48,7 +48,7 @@ print("POISONED" in dir(builtins) or hasattr(np, "POISONED"), math.pi > 3.1, "/t
 """
 LIMITS = {
     "call_cpu": 0.4, "cell_cpu": 0.6, "notebook_cpu": 4.0, "wall_factor": 2.0, "wall_extra": 3.0, "memory": 2 * 1024**3,
-    "processes": 40, "file_size": 4 * 1024**2, "disk": 16 * 1024**2,
+    "notebook_memory": 1024**3, "processes": 40, "file_size": 4 * 1024**2, "disk": 16 * 1024**2,
 }  # fmt: skip
 STOCK = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\nc.ExecutePreprocessor.timeout = 10\n'
 SQUARE_TEST = """

@@ -1,0 +1,119 @@
+"""What all processes of a notebook may hold in memory together: where it is too much, the largest end."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from autograder import wire
+from autograder.memory import EVERY, at_most, descendants, share
+from autograder.session import REASONS, Ended, Session
+
+MEGA = 1_000_000
+BOUND = 450 * MEGA  # of which the warm sandbox itself takes some 130
+CROWD = """
+import mmap, os, time
+def crowd(count, size, make=lambda size: bytearray(b"x") * size):
+    found = []
+    for _ in range(count):
+        if (pid := os.fork()) == 0:
+            kept = make(size)
+            time.sleep(3)
+            os._exit(0)
+        found.append(pid)
+    print([os.waitpid(pid, 0)[1] for pid in found])
+def mapped(size):
+    shared = mmap.mmap(-1, size)
+    for _ in range(size // 10**6):
+        shared.write(b"x" * 10**6)
+    return shared
+"""
+HOGS = {
+    "many processes": "crowd(8, 80 * 10**6)",
+    "memory that is mapped as shared": "crowd(8, 80 * 10**6, mapped)",
+}
+KILLED = 9
+
+
+@pytest.fixture
+def opened(either, limits):
+    """Open notebooks whose processes may hold little together."""
+    sessions = []
+
+    def open_one(bound=BOUND):
+        sessions.append(Session(either, replace(limits, notebook_memory=bound)))
+        assert sessions[-1].cell(CROWD).succeeded
+        return sessions[-1]
+
+    yield open_one
+    for session in sessions:
+        assert session.close()
+
+
+def shown(result):
+    """Return what a cell printed."""
+    return "".join(o["text"] for o in result.outputs if o["output_type"] == "stream")
+
+
+@pytest.mark.parametrize("hog", HOGS)
+def test_processes_together_are_bounded(opened, hog):
+    """As many of a crowd end as it takes, each of which is within its own limit, and the notebook goes on."""
+    session = opened()
+    ends = eval(shown(session.cell(HOGS[hog])))  # noqa: S307  (a list of numbers)
+    assert 0 < ends.count(KILLED) < len(ends)
+    assert session.watch.ended >= ends.count(KILLED)
+    assert shown(session.cell("print('on')")) == "on\n"
+
+
+def test_without_the_bound_the_crowd_has_it_all(opened):
+    """The same crowd under a bound that is large enough ends in peace."""
+    session = opened(4000 * MEGA)
+    assert shown(session.cell(HOGS["many processes"])) == f"{[0] * 8}\n"
+    assert session.watch.ended == 0
+
+
+def test_a_cell_that_takes_too_much_is_told_so(opened):
+    """Where the cell's own process is the largest it ends, with the reason, and the next cell goes on without it."""
+    session = opened()
+    source = "x = bytearray(b'x') * 500_000_000; import time; time.sleep(5)"
+    assert session.cell(source).ended == "memory"
+    assert "more memory than a notebook may" in REASONS["memory"]
+    assert shown(session.cell("print('x' in dir())")) == "False\n"
+
+
+def test_what_states_share_counts_once(opened):
+    """Memory that many states of a notebook have from one cell is no more than that cell took."""
+    session = opened()
+    assert session.cell("x = bytearray(b'x') * 100_000_000").succeeded
+    for number in range(8):
+        session.mark(number)
+        assert session.cell(f"y = {number}").succeeded
+    below = descendants(session.sandbox.process.pid)
+    assert sum(map(at_most, below)) > 2 * BOUND
+    assert 100 * MEGA < sum(map(share, below)) < BOUND
+    time.sleep(3 * EVERY)
+    assert session.watch.ended == 0
+
+
+def test_a_call_of_a_test_that_takes_too_much_ends(opened):
+    """A test cell's process is bounded like a cell's."""
+    session = opened()
+    hungry = "def f():\n    x = bytearray(b'x') * 500_000_000\n    time.sleep(5)"
+    assert session.cell(hungry).succeeded
+    session.mark(0)
+    session.begin(0)
+    _, [(_, ref)] = session.ask(["describe", ["f"]])
+    with pytest.raises(Ended) as caught:
+        session.ask(["call", wire.decode(ref).number, "", wire.encode([]), wire.encode({}), []])
+    assert caught.value.reason == "memory"
+
+
+def test_the_kernel_takes_from_the_sandbox_first(opened):
+    """Where the machine runs out of memory, every process of the sandbox goes before any other."""
+    session = opened()
+    below = descendants(session.sandbox.process.pid)
+    assert len(below) > 3
+    assert {Path(f"/proc/{pid}/oom_score_adj").read_text(encoding="ascii") for pid in below} == {"1000\n"}
