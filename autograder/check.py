@@ -31,6 +31,7 @@ if TYPE_CHECKING:
 _LAST_CALLS = {
     "LimitExceeded": "used more time than a call may use",
     "ProcessDied": "ended its own process",
+    "MemoryExceeded": "used more memory than a notebook may",
 }
 _KNOWN_ERRORS = frozenset(
     {

@@ -21,7 +21,10 @@ PLACEHOLDER = "# (hidden tests)"
 _MARK_SCHEME = re.compile(r"^[^\n]*BEGIN MARK SCHEME.*?END MARK SCHEME[^\n]*$", re.MULTILINE | re.DOTALL)
 # Errors whose text is the grader's own, not the submission's.
 _OWN = frozenset(
-    {"GraderError", "SubmissionStopped", "LimitExceeded", "ProcessDied", "CellStopped", "NothingHandedIn"}
+    {
+        *("GraderError", "SubmissionStopped", "LimitExceeded", "ProcessDied", "MemoryExceeded"),
+        *("CellStopped", "NothingHandedIn"),
+    }
 )
 
 

@@ -22,6 +22,7 @@ from . import wire
 from .remote import (
     GraderError,
     LimitExceeded,
+    MemoryExceeded,
     ProcessDied,
     Remote,
     StudentError,
@@ -190,7 +191,8 @@ class Mirror:
                 break
             except Ended as ended:
                 if ended.reason != "wall" or last:
-                    raise (LimitExceeded if ended.by_time else ProcessDied)(str(ended)) from None
+                    kind = MemoryExceeded if ended.by_memory else ProcessDied
+                    raise (LimitExceeded if ended.by_time else kind)(str(ended)) from None
         if answer[0] == "uncrossable":
             reason = answer[1] if len(answer) > 1 and type(answer[1]) is str else "an object"
             self.refuse(f"something does not cross the border of the sandbox: {reason[:200]}")

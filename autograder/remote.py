@@ -57,6 +57,10 @@ class ProcessDied(StudentError):  # noqa: N818
     """The call ended its process."""
 
 
+class MemoryExceeded(StudentError):  # noqa: N818
+    """The call took more memory than a notebook may."""
+
+
 class Border(Protocol):
     """What a `Remote` needs of the session it belongs to."""
 

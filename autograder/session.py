@@ -42,6 +42,11 @@ class Ended(Exception):  # noqa: N818
         """Whether a clock ended it."""
         return self.reason in {"cpu", "wall", "cell", "notebook"}
 
+    @property
+    def by_memory(self) -> bool:
+        """Whether the watch on the notebook's memory ended it."""
+        return self.reason == "memory"
+
 
 @dataclass(frozen=True)
 class CellResult:

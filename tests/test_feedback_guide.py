@@ -87,6 +87,7 @@ WRONG = [
     (DYNAMICS, misspelt),
     (DYNAMICS, raising(remote.LimitExceeded("x"))),
     (DYNAMICS, raising(remote.ProcessDied("x"))),
+    (DYNAMICS, raising(remote.MemoryExceeded("x"))),
     (DYNAMICS, changed(DYNAMICS, 0, lambda g, *_: np.add(g, [0, 0, 0.1]))),
     (DYNAMICS, changed(DYNAMICS, 0, lambda g, *_: g * np.nan)),
     (DYNAMICS, overwrites),

@@ -87,7 +87,7 @@ def test_sys_exit_is_a_failed_check(published):
     assert "asked Python to exit" in published[0]["text/plain"]
 
 
-@pytest.mark.parametrize("kind", ["LimitExceeded", "ProcessDied"])
+@pytest.mark.parametrize("kind", ["LimitExceeded", "ProcessDied", "MemoryExceeded"])
 def test_the_first_limit_ends_the_stage(kind, published):
     """After a call that used up its time or ended its process no call is made; what passed before counts."""
     from autograder import remote  # noqa: PLC0415

@@ -8,9 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from autograder import wire
 from autograder.memory import EVERY, at_most, descendants, share
-from autograder.session import REASONS, Ended, Session
+from autograder.session import REASONS, Session
 
 MEGA = 1_000_000
 BOUND = 450 * MEGA  # of which the warm sandbox itself takes some 130
@@ -98,17 +97,22 @@ def test_what_states_share_counts_once(opened):
     assert session.watch.ended == 0
 
 
-def test_a_call_of_a_test_that_takes_too_much_ends(opened):
-    """A test cell's process is bounded like a cell's."""
-    session = opened()
-    hungry = "def f():\n    x = bytearray(b'x') * 500_000_000\n    time.sleep(5)"
-    assert session.cell(hungry).succeeded
-    session.mark(0)
-    session.begin(0)
-    _, [(_, ref)] = session.ask(["describe", ["f"]])
-    with pytest.raises(Ended) as caught:
-        session.ask(["call", wire.decode(ref).number, "", wire.encode([]), wire.encode({}), []])
-    assert caught.value.reason == "memory"
+def test_a_call_of_a_test_that_takes_too_much_ends(execute, limits):
+    """A call is bounded like a cell, its test says why it has no points, and the next test is scored."""
+    run = execute(
+        (
+            "answer",
+            "import time\ndef f(x):\n    y = bytearray(b'x') * 500_000_000\n    time.sleep(5)",
+            "def f(x): ...",
+        ),
+        ("answer", "def g(x): return x + 1", "def g(x): ..."),
+        ("test", "assert f(3) == 9"),
+        ("test", "assert g(1) == 2"),
+        limits=replace(limits, notebook_memory=BOUND),
+    )
+    assert run.scores == [0, 2], [run.error(i) for i in (0, 1)]
+    assert run.error(0) == ("MemoryExceeded", REASONS["memory"])
+    assert run.flags == ["", ""]
 
 
 def test_the_kernel_takes_from_the_sandbox_first(opened):
