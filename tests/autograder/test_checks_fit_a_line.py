@@ -179,7 +179,8 @@ def test_hidden_inputs_cover_what_the_notebook_promises():
     """Walls all around and along the axes, beams not in order, two and many, lines named with r < 0."""
     parameters, jacobians, fits = (recorded(stage) for stage in (PARAMETERS, JACOBIANS, FIT))
     alphas = np.array([call.returned[0] for call in parameters])
-    assert {int(quarter) for quarter in (alphas // (np.pi / 2))} == {-2, -1, 0, 1}
+    # Which of pi and -pi a wall behind the robot has is up to the processor's last digit.
+    assert {min(int(quarter), 1) for quarter in (alphas // (np.pi / 2))} == {-2, -1, 0, 1}
     assert min(call.returned[1] for call in parameters) < 0.1
     assert any(abs(np.cos(alpha)) < 1e-9 for alpha in alphas)
     assert {call.args[0].size for call in parameters} >= {2, 9}
