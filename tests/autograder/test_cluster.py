@@ -284,10 +284,11 @@ def commands(tmp_path):
     def start(kind, *options, within=(), **variables):
         where = tmp_path / "scheduler.json"
         command = [*within, sys.executable, "-m", "dask", kind, "--scheduler-file", where]
+        places = environment(DASK_TEMPORARY_DIRECTORY=str(tmp_path), **variables)
         started.append(
             subprocess.Popen(
                 [*command, "--dashboard-address", ":0", *options],
-                cwd=tmp_path, env=environment(**variables), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+                cwd=tmp_path, env=places, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             )
         )  # fmt: skip
         if kind == "scheduler":
