@@ -15,6 +15,7 @@ import os
 import re
 import sys
 from concurrent.futures import FIRST_COMPLETED, Future, wait
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -46,11 +47,24 @@ from .repair import Released, read_release, read_submission
 from .sandbox import SandboxError, require_bubblewrap
 
 if TYPE_CHECKING:
+    from collections.abc import Callable, Iterator
+
     from .cluster import ClusterPool
 
 AHEAD = 4  # submissions prepared for each process of the pool
 LISTEN = 1.0  # seconds between two looks at whether there has been a Ctrl-C
 READS = 3  # times that a submission is read which somebody writes to meanwhile
+
+
+@contextmanager
+def replaced(name: str, own: Callable[..., Any]) -> Iterator[Callable[..., Any]]:
+    """Let nbgrader's converters use a function of ours; give theirs."""
+    before = getattr(nbgrader.converters.base, name)
+    setattr(nbgrader.converters.base, name, own)
+    try:
+        yield before
+    finally:
+        setattr(nbgrader.converters.base, name, before)
 
 
 @dataclass
@@ -208,14 +222,17 @@ class ParallelAutograde(Autograde):
 
     def init_destination(self, assignment_id: str, student_id: str) -> bool:
         """Return whether to grade a submission; what is there of it is removed so that a kill meanwhile is seen."""
-        before, nbgrader.converters.base.rmtree = (
-            nbgrader.converters.base.rmtree,
-            lambda path: remove(Path(path)),
-        )
-        try:
+        with replaced("rmtree", lambda path: remove(Path(path))):
             return super().init_destination(assignment_id, student_id)
-        finally:
-            nbgrader.converters.base.rmtree = before
+
+    def init_assignment(self, assignment_id: str, student_id: str) -> None:
+        """Copy the files beside the notebooks; links are not followed."""
+
+        def find_own(path: str, exclude: list[str]) -> list[str]:
+            return [] if os.path.islink(path) else [f for f in find(path, exclude) if not os.path.islink(f)]  # noqa: PTH114
+
+        with replaced("find_all_files", find_own) as find:
+            super().init_assignment(assignment_id, student_id)
 
     def _flag(self, submission: Submission) -> None:
         """Give every grade cell of a submission its row, without a score, for a person to look at."""

@@ -50,7 +50,7 @@ PAGES = ("markdown2html", "clean_html")  # filters of the pages' templates that 
 
 
 def configure(c: Config) -> None:
-    """Let stock `nbgrader autograde` and `generate_feedback` isolate submissions and keep hidden tests hidden.
+    """Let stock nbgrader collect, isolate submissions and keep hidden tests hidden.
 
     Parameters
     ----------
@@ -61,6 +61,8 @@ def configure(c: Config) -> None:
     c.Autograde.sanitize_preprocessors = [_load(name) for name in SANITIZE]
     c.Autograde.autograde_preprocessors = [_load(name) for name in AUTOGRADE]
     c.GenerateFeedback.preprocessors = [_load(name) for name in FEEDBACK]
+    if "collect" not in c.ExchangeFactory:  # an exchange of the course's own stays
+        c.ExchangeFactory.collect = _load("autograder.collecting.Collect")
     c.HTMLExporter.sanitize_html = True  # nothing of a submission may run in a reader's browser
     c.HTMLExporter.filters = {name: _load(f"autograder.sanitize.{name}") for name in PAGES}
     use_parallel_autograde()

@@ -167,7 +167,7 @@ def grade_files(
         for student, task in zip(students, tasks, strict=True):
             target = Path(folder, "submitted", student, task.assignment, f"{task.notebook}.ipynb")
             target.parent.mkdir(parents=True)
-            shutil.copyfile(task.file, target)
+            shutil.copyfile(task.file, target, follow_symlinks=False)
         for what in sorted({(task.assignment, task.notebook) for task in tasks}):
             # The other notebooks of an assignment were not handed in for grading: they are not missing.
             api.coursedir.assignment_id, api.coursedir.notebook_id = what
