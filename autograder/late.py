@@ -1,4 +1,4 @@
-"""A penalty for handing in late, by the day.
+"""When a submission was handed in, and a penalty for handing in late, by the day.
 
 nbgrader knows when a submission was handed in and when it was due, and asks a plug-in what that costs; its own answers
 are nothing or everything. This one takes a share of the earned points for each day that has begun. In
@@ -11,11 +11,43 @@ are nothing or everything. This one takes a share of the earned points for each 
 from __future__ import annotations
 
 import math
+from pathlib import Path
+from typing import TYPE_CHECKING
 
+from nbgrader.coursedir import CourseDirectory
 from nbgrader.plugins import LateSubmissionPlugin
 from traitlets import Float
 
+if TYPE_CHECKING:
+    from datetime import datetime
+
 DAY = 24 * 3600.0
+STAMP = "timestamp.txt"
+
+
+def submitted_at(coursedir: CourseDirectory, folder: str) -> datetime | None:
+    """Return when a submission was handed in, by the file in its folder, which a student may have written.
+
+    Parameters
+    ----------
+    coursedir : nbgrader.coursedir.CourseDirectory
+        Whose log says what is wrong with the file.
+    folder : str
+        The submission.
+
+    Returns
+    -------
+    datetime.datetime or None
+        In UTC and without a zone. None where there is no file, or none with a time.
+    """
+    try:
+        return CourseDirectory.get_existing_timestamp(coursedir, folder)
+    except Exception as error:  # noqa: BLE001  (nbgrader's own way to fail among them: it calls what is not there)
+        wanted = "expected a time such as 2026-12-05 00:30:00 UTC"
+        coursedir.log.warning(
+            "%s: %s, got none (%s): lateness is not known", Path(folder, STAMP), wanted, type(error).__name__
+        )
+        return None
 
 
 def lost_share(

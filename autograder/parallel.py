@@ -17,6 +17,7 @@ import sys
 from concurrent.futures import FIRST_COMPLETED, Future, wait
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -41,6 +42,7 @@ from .interrupted import (
     state_of,
 )
 from .isolated import IsolatedExecute
+from .late import STAMP, submitted_at
 from .pool import Job, Pool, unpack
 from .progress import Progress
 from .repair import Released, read_release, read_submission
@@ -132,6 +134,7 @@ class ParallelAutograde(Autograde):
         scheduler = "" if isolated.trust_submissions else self.scheduler
         if not (isolated.trust_submissions or scheduler):
             self._require_sandbox()
+        self.coursedir.get_existing_timestamp = partial(submitted_at, self.coursedir)
         self.exporter.optimistic_validation = True  # once after all steps, not after each
         self._releases: dict[tuple[str, str], list[Released]] = {}
         todo = [self._submission(folder) for folder in sorted(self.assignments)]
@@ -229,7 +232,12 @@ class ParallelAutograde(Autograde):
         """Copy the files beside the notebooks; links are not followed."""
 
         def find_own(path: str, exclude: list[str]) -> list[str]:
-            return [] if os.path.islink(path) else [f for f in find(path, exclude) if not os.path.islink(f)]  # noqa: PTH114
+            if os.path.islink(path):  # noqa: PTH114
+                return []
+            own = [f for f in find(path, exclude) if not os.path.islink(f)]  # noqa: PTH114
+            # Later steps stumble over what is no time.
+            timeless = self.coursedir.get_existing_timestamp(path) is None
+            return [f for f in own if not (timeless and Path(f).relative_to(path).parts[0] == STAMP)]
 
         with replaced("find_all_files", find_own) as find:
             super().init_assignment(assignment_id, student_id)
@@ -240,7 +248,11 @@ class ParallelAutograde(Autograde):
             try:
                 found = gradebook.find_submission(submission.assignment, submission.student)
             except MissingEntry:
-                return
+                try:
+                    gradebook.update_or_create_student(submission.student)
+                    found = gradebook.add_submission(submission.assignment, submission.student)
+                except MissingEntry:  # no such assignment
+                    return
             for notebook in found.notebooks:
                 for grade in notebook.grades:
                     grade.auto_score = None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import pwd
 import shutil
 
 import pytest
@@ -54,7 +55,8 @@ def term(tmp_path_factory):
     (handed["large"] / "deep" / "data").write_bytes(bytes(LARGE + 1))
     for folder in handed.values():
         if not folder.is_symlink():
-            (folder / "timestamp.txt").write_text("2030-01-01 00:00:00 UTC", encoding="utf-8")
+            year = 2020 if folder == handed["thief"] else 2030
+            (folder / "timestamp.txt").write_text(f"{year}-01-01 00:00:00 UTC", encoding="utf-8")
     return course
 
 
@@ -82,6 +84,9 @@ def test_collected_is_what_is_the_students_own(term, tmp_path):
     assert "UTC+x is not collected: it is larger than" in said
     for name in (f"{NOTEBOOK}.ipynb", "data.db", "folder"):
         assert f"{name} is a link" in said
+    (forged,) = [line for line in said.splitlines() if "says it is of" in line]
+    assert "thief+" in forged
+    assert "says it is of 2020-01-01 00:00:00 UTC, and was written at 20" in forged
     submitted = course.root / "submitted"
     assert not (submitted / "large" / ASSIGNMENT).exists()
     assert (submitted / "thief" / ASSIGNMENT / OWN).read_text(encoding="utf-8") == "own"
@@ -115,6 +120,36 @@ def test_links_that_another_way_brought_are_not_followed(term, tmp_path):
     for name in ("notebook", "whole"):
         assert {score for score, _ in rows[name].values() if score is not None} == {0.0}
         assert "links are not followed" in str(course.graded(name))
+
+
+def test_what_stock_stops_at_stops_nobody_else(term, tmp_path):
+    """A folder under no name of a submission, and a time that is none, cost nobody else anything."""
+    course = term.copy(tmp_path / "course")
+    inbound = tmp_path / "exchange" / COURSE / "inbound"
+    shutil.copytree(term.root.parent / "exchange" / COURSE / "inbound", inbound, symlinks=True)
+    config = course.root / "nbgrader_config.py"
+    moved = config.read_text(encoding="utf-8").replace(str(term.root.parent), str(tmp_path))
+    config.write_text(moved, encoding="utf-8")
+    honest = next(inbound.glob("honest+*"))
+    for name in (f"odd+{ASSIGNMENT}+no time+x", f"short+{ASSIGNMENT}+"):
+        shutil.copytree(honest, inbound / name)
+    timeless = shutil.copytree(honest, inbound / honest.name.replace("honest", "timeless"))
+    (timeless / "timestamp.txt").write_text("no time", encoding="utf-8")
+    said = course.nbgrader("collect", ASSIGNMENT).stderr
+    assert said.count("is not collected: no student and time in its name") == 2
+    assert "got none" in said
+    assert {path.name for path in (course.root / "submitted").iterdir()} >= {"honest", "thief", "timeless"}
+    assert not (course.folder("timeless") / "timestamp.txt").exists()
+    assert course.nbgrader("collect", ASSIGNMENT, "--update").returncode == 0
+
+
+def test_what_somebody_else_put_there_is_not_collected(term, tmp_path):
+    """Nobody hands in for another student: a later folder of somebody else's does not take the place of their own."""
+    course = term.copy(tmp_path / "course")
+    said = course.nbgrader("collect", ASSIGNMENT, "--ExchangeCollect.check_owner=True").stderr
+    me = pwd.getpwuid(os.getuid()).pw_name
+    assert said.count(f"is not collected: {me} put it there") == 4
+    assert not (course.root / "submitted").exists()
 
 
 def test_neither_pipes_nor_too_much_is_copied(tmp_path):

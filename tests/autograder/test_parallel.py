@@ -201,19 +201,20 @@ def test_killed_grader_loses_nothing(empty, tmp_path):
     assert not marked()
 
 
-def test_failing_submission_touches_nobody(empty, tmp_path, monkeypatch):
-    """Where grading one submission fails in the grader itself, the others are graded and it waits for a person."""
+@pytest.mark.parametrize("step", ["init_assignment", "_sanitize", "_store_notebook"])
+def test_failing_submission_touches_nobody(empty, tmp_path, monkeypatch, step):
+    """Where a step of one submission fails in the grader itself, the others are graded and it waits for a person."""
     course = empty.copy(tmp_path / "course")
     for student in ("ada", "bob", "cy"):
         course.submit(student)
-    sanitize = ParallelAutograde._sanitize
+    done = getattr(ParallelAutograde, step)
 
-    def fail_for_bob(self, filename):
-        if "/bob/" in filename:
+    def fail_for_bob(self, *arguments):
+        if arguments[-1] == "bob" or "/bob/" in arguments[0]:
             raise RuntimeError("a fault of the grader")
-        return sanitize(self, filename)
+        return done(self, *arguments)
 
-    monkeypatch.setattr(ParallelAutograde, "_sanitize", fail_for_bob)
+    monkeypatch.setattr(ParallelAutograde, step, fail_for_bob)
     with pytest.raises(NbGraderException, match="could not be graded"):
         course.grade()
     rows = course.rows()
