@@ -292,7 +292,7 @@ def commands(tmp_path):
             )
         )  # fmt: skip
         if kind == "scheduler":
-            wait_for(where.exists)
+            wait_for(lambda: where.exists() and where.read_text().endswith("\n}"))  # it is made empty
             made.address = json.loads(where.read_text())["address"]
         return started[-1]
 
