@@ -23,7 +23,8 @@ its work (no sandbox); 2 where the request was wrong. Errors are one or a few li
         * `points`: number; 0 where the cell gives extra credit;
         * `report`: string, what the test says: what feedback shows a student;
         * `diagnoses`: strings, the mistakes that were recognised;
-        * `flagged`: string, why the grader could not judge the cell; empty where it could;
+        * `flagged`: string, why the grader could not judge the cell, for a person alone, since a submission may have a
+          say in the words; empty where it could;
         * `explanation`: string, with `--explain`; else empty.
 
 `--explain` is for whoever answers an appeal, and shows what is hidden: of each check its points and its calls; of a
@@ -87,14 +88,15 @@ def _paragraphs(grade: NotebookGrade) -> str:
     for cell in grade.cells:
         score = "-" if cell.score is None else f"{cell.score:g}"
         lines += ["", f"  {cell.name}: {score} " + (f"of {cell.points:g}" if cell.points else "extra")]
-        lines += [f"    {line}" for line in _body(cell).splitlines()]
+        why = f" The reason: {cell.flagged}" if cell.flagged else ""
+        lines += [f"    {line}" for line in (_body(cell) + why).splitlines()]
     return "\n".join(_CONTROL.sub("", line) for line in lines)
 
 
 def _body(cell: CellGrade) -> str:
     """Return what is said about a cell."""
     if cell.flagged:
-        return f"Not judged by the grader; a person will look at it: {cell.flagged}"
+        return "Not judged by the grader; a person will look at it."
     return cell.explanation or cell.report or (WAITING if cell.score is None else "")
 
 

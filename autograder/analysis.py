@@ -5,12 +5,48 @@ from __future__ import annotations
 import ast
 import builtins
 import functools
+import re
 import symtable
 from dataclasses import dataclass, field
 
 from IPython.core.inputtransformer2 import TransformerManager
 
 BUILTINS = frozenset(dir(builtins)) | {"get_ipython", "display", "__name__", "__file__"}
+
+
+# Nobody writes a cell of that size, or of so many magics: what reads it takes seconds, or gigabytes.
+MAX_CHARACTERS = 200_000
+MAX_MAGICS = 50
+# What reading a cell raises that is none; a `RuntimeError` comes from IPython, of cells that never become Python.
+_UNREADABLE = (SyntaxError, ValueError, RuntimeError, MemoryError)
+_MAGIC = re.compile(r"^\s*[%!?]|\?\s*$|=\s*[%!]", re.MULTILINE)
+
+
+def transformed(source: str) -> str:
+    """Return a cell as Python.
+
+    Parameters
+    ----------
+    source : str
+        Python with IPython's magics.
+
+    Returns
+    -------
+    str
+        Without.
+
+    Raises
+    ------
+    ValueError
+        If it is larger than any cell is that a person writes.
+    SyntaxError, RuntimeError
+        If IPython cannot make Python of it.
+    """
+    if len(source) > MAX_CHARACTERS:
+        raise ValueError(f"a cell of {len(source)} characters")
+    if sum(1 for _ in _MAGIC.finditer(source)) > MAX_MAGICS:
+        raise ValueError(f"a cell of more than {MAX_MAGICS} magics")
+    return TransformerManager().transform_cell(source)
 
 
 @dataclass(frozen=True)
@@ -54,10 +90,10 @@ def analyse(source: str) -> Names:
     (['np', 'offset'], ['f', 'np'], {'np': ('numpy', None)})
     """
     try:
-        plain = TransformerManager().transform_cell(source)
+        plain = transformed(source)
         tree = ast.parse(plain)
         table = symtable.symtable(plain, "<cell>", "exec")
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+    except _UNREADABLE:
         return Names()
     loads: set[str] = set()
     stores: set[str] = set()
@@ -70,6 +106,30 @@ def analyse(source: str) -> Names:
         if isinstance(target, ast.Name)
     }
     return Names(frozenset(loads), frozenset(stores), frozenset(deletes), _imports(tree))
+
+
+def statements(source: str) -> list[str]:
+    r"""Return the statements of a cell, each as it would be written in a cell of its own; itself if it does not parse.
+
+    Parameters
+    ----------
+    source : str
+        Python with IPython's magics.
+
+    Returns
+    -------
+    list of str
+        Python.
+
+    Examples
+    --------
+    >>> statements("n = 2; m = 3\nif n:\n    m += n")
+    ['n = 2', 'm = 3', 'if n:\n    m += n']
+    """
+    try:
+        return [ast.unparse(node) for node in ast.parse(transformed(source)).body]
+    except _UNREADABLE:
+        return [source]
 
 
 def _collect(table: symtable.SymbolTable, loads: set[str], stores: set[str]) -> None:

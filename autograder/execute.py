@@ -10,15 +10,15 @@ from __future__ import annotations
 import contextlib
 import itertools
 import math
-import os
 import signal
 from dataclasses import dataclass, field
 from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from . import outputs as outputs_
-from .analysis import BUILTINS, Names, analyse
-from .mirror import Mirror, import_for_test
+from .analysis import BUILTINS, Names, analyse, statements
+from .layout import Layout
+from .mirror import Mirror, import_for_test, installed
 from .remote import GraderError, is_remote
 from .roles import REVIEW, grade_id, role_of, visible_part
 from .session import REASONS, Ended, Session
@@ -74,6 +74,8 @@ class Execution:
         The notebook's folder.
     warm : bool, optional
         Whether the sandbox may run the instructor's cells at the beginning once for all; see `worker.zygote`.
+    layout : layout.Layout, optional
+        What else is known of the release.
     """
 
     def __init__(
@@ -85,6 +87,7 @@ class Execution:
         files: dict[str, tuple[bytes, int]],
         *,
         warm: bool = True,
+        layout: Layout | None = None,
     ) -> None:
         self.limits = limits
         self.cells = [
@@ -92,6 +95,14 @@ class Execution:
             for node in notebook.cells
             if node.cell_type == "code"
         ]
+        layout = layout or Layout()
+        self.places = {name: place for place, name in enumerate(layout.order)}
+        there = {grade_id(cell.node) for cell in self.cells}
+        # What cells import that were deleted, and those that nbgrader does not keep track of.
+        gone = [text for name, text in release.items() if name not in there]
+        self.imported = {
+            name: what for text in [*gone, *layout.plain] for name, what in analyse(text).imports.items()
+        }
         self.session = Session(sandbox, limits, files, self.beginning() if warm else ())
         self.shell = make_shell("__test__")
         # IPython inspects the objects that a one-line cell names; a `Remote` refuses that.
@@ -112,18 +123,28 @@ class Execution:
         """Run all cells and close the session."""
         try:
             with _alarm(self.limits.wall(self.limits.notebook_cpu) * 2):
-                self.run_submission()
+                try:
+                    self.run_submission()
+                except GraderError as error:  # the alarm: what its outputs are does not come to an end
+                    self.flag_all(str(error))
+                    return
                 for index, cell in enumerate(self.cells):
                     if cell.role == "test":
                         self.run_test(index, cell)
         finally:
             self.session.close()
 
+    def flag_all(self, reason: str) -> None:
+        """Leave all test cells to a person."""
+        for cell in self.cells:
+            if cell.role == "test":
+                _flag(cell.node, reason)
+
     # the submission
 
     def run_submission(self) -> None:
         """Run the cells of the submission, and keep the state before each test cell."""
-        count = 0
+        count = shown = 0
         for index, cell in enumerate(self.cells):
             cell.node.execution_count = count = count + 1
             if cell.role == "test":
@@ -132,7 +153,14 @@ class Execution:
                     self.session.cell(visible_part(cell.node.source))
                 continue
             result = self.session.cell(cell.node.source, careful=not self.is_independent(index))
-            cell.node.outputs = outputs_.clean(result.outputs)
+            shown += outputs_.weight(result.outputs)
+            if shown <= outputs_.MAX_NOTEBOOK:
+                cell.node.outputs = outputs_.clean(result.outputs)
+            elif result.outputs:
+                text = (
+                    f"the outputs of a notebook are kept up to {outputs_.MAX_NOTEBOOK // 10**6} MB together"
+                )
+                cell.node.outputs = [outputs_.error("OutputError", text)]
             for output in cell.node.outputs:
                 if output.output_type == "execute_result":
                     output.execution_count = count
@@ -191,12 +219,13 @@ class Execution:
         if not fault and failed and (names := self.redefined(index, cell)):
             fault = f"the submission gives {', '.join(names)} another value than the given cell, which the test used"
         if fault:
-            cell.node.metadata[REVIEW] = fault
-            cell.node.outputs = [outputs_.error("GraderError", f"a person will look at this cell: {fault}")]
+            _flag(cell.node, fault)
 
     def redefined(self, index: int, cell: Cell) -> list[str]:
         """Return given data that the test reads and the submission assigns anew."""
-        given = {name for i in self.given_run if i < index for name in self.cells[i].names.stores}
+        given = {
+            name for i in self.given_run if self.precedes(i, index) for name in self.cells[i].names.stores
+        }
         own = frozenset().union(
             *(c.names.stores for c in self.cells[:index] if c.role in ("plain", "answer"))
         )
@@ -219,53 +248,69 @@ class Execution:
                 continue
             seen.add(name)
             origin = self.origin(name, index)
-            if origin is None:
-                if name not in BUILTINS and name not in self.namespace:
-                    students.add(name)
-            elif self.cells[origin].role == "given":
+            imports = self.imported if origin is None else self.cells[origin].stub.imports
+            if origin is not None and self.cells[origin].role == "given":
                 if origin not in self.given_run and origin not in needed:
                     needed.append(origin)
                     waiting += sorted(self.cells[origin].names.loads)
-            elif name in self.cells[origin].stub.imports:
-                self.import_released(name, *self.cells[origin].stub.imports[name])
-            else:
+            elif name in imports and self.import_released(name, *imports[name]):
+                continue
+            elif origin is not None or (name not in BUILTINS and name not in self.namespace):
                 students.add(name)
-        for origin in sorted(needed):
+        for origin in sorted(needed, key=self.place):
             self.run_given(origin, students)
         return students
 
+    def place(self, index: int) -> tuple[int, int]:
+        """Return where a cell stands: in the release if that is known, then in the submission."""
+        return self.places.get(grade_id(self.cells[index].node), -1), index
+
+    def precedes(self, index: int, test: int) -> bool:
+        """Return whether a cell of the release stands before a test cell there, wherever a submission has moved it."""
+        (known, _), (of_test, _) = self.place(index), self.place(test)
+        return known < of_test if known >= 0 and of_test >= 0 else index < test
+
     def origin(self, name: str, index: int) -> int | None:
         """Return the last cell of the release before a test cell that binds a name."""
-        for i in range(index - 1, -1, -1):
-            cell = self.cells[i]
-            if (cell.role == "given" and name in cell.names.stores) or (
-                cell.role == "answer" and name in cell.stub.stores
-            ):
-                return i
-        return None
+        found = [
+            i
+            for i, cell in enumerate(self.cells)
+            if name in (cell.names if cell.role == "given" else cell.stub).stores
+            and cell.role in ("given", "answer")
+            and self.precedes(i, index)
+        ]
+        return max(found, key=self.place, default=None)
 
     def run_given(self, index: int, students: set[str]) -> None:
         """Run a given cell here too. Where it needs what stays in the sandbox, take its names from there."""
         cell = self.cells[index]
-        self.mirror.bind(sorted(students & cell.names.loads))
-        self.mirror.giving = True
-        run_cell(self.shell, cell.node.source)
-        self.mirror.giving = False
+        theirs = students & cell.names.loads
+        self.mirror.bind(sorted(theirs))
         self.given_run.add(index)
-        if self.mirror.fault:
-            self.mirror.fault = ""
-            names = sorted(cell.names.stores)
-            self.mirror.bind(names)
-            for name in names:
-                if is_remote(self.namespace.get(name)):
-                    del self.namespace[name]
+        for source in statements(cell.node.source) if theirs else [cell.node.source]:
+            self.mirror.giving = True
+            _, succeeded = run_cell(self.shell, source)
+            self.mirror.giving = False
+            if self.mirror.fault:
+                # Of one statement alone: what the others bind does not hang on what a submission's object does.
+                self.mirror.fault = ""
+                names = sorted(analyse(source).stores)
+                self.mirror.bind(names)
+                for name in names:
+                    if is_remote(self.namespace.get(name)):
+                        del self.namespace[name]
+            elif not succeeded:
+                break
 
-    def import_released(self, name: str, module: str, attribute: str | None) -> None:
-        """Do here what an import statement of the release does."""
-        found = import_for_test(module)
+    def import_released(self, name: str, module: str, attribute: str | None) -> bool:
+        """Do here what an import statement of the release does; return False where there is no such module here."""
+        found = import_for_test(module, installed())
+        if not isinstance(found, ModuleType):
+            return False
         if attribute is not None:
             found = getattr(found, attribute, None)
         self.namespace[name] = found
+        return True
 
     def forget(self, before: dict[str, Any], index: int, cell: Cell) -> None:
         """Take the student's names out of the test cells' namespace again; what the test computed itself is kept."""
@@ -276,6 +321,12 @@ class Execution:
                     self.namespace[name] = before[name]
             elif is_remote(self.namespace.get(name)) or (name in self.mirror.described and not own):
                 self.namespace.pop(name, None)
+
+
+def _flag(node: NotebookNode, reason: str) -> None:
+    """Leave a test cell to a person."""
+    node.metadata[REVIEW] = reason
+    node.outputs = [outputs_.error("GraderError", f"a person will look at this cell: {reason}")]
 
 
 def _for_notebook(output: dict[str, Any]) -> dict[str, Any]:
@@ -323,39 +374,3 @@ def _alarm(seconds: float) -> Iterator[None]:
     finally:
         signal.setitimer(signal.ITIMER_REAL, 0)
         signal.signal(signal.SIGALRM, before)
-
-
-def read_folder(folder: str, limit: int) -> dict[str, tuple[bytes, int]]:
-    """Return the files of a submission's folder.
-
-    Parameters
-    ----------
-    folder : str
-        The folder; links are not followed.
-    limit : int
-        Most bytes together.
-
-    Returns
-    -------
-    dict of str to tuple of (bytes, int)
-        Content and mode by relative name.
-
-    Raises
-    ------
-    ValueError
-        If the files are too large together.
-    """
-    found: dict[str, tuple[bytes, int]] = {}
-    size = 0
-    for root, _, names in os.walk(folder):
-        for name in sorted(names):
-            path = os.path.join(root, name)  # noqa: PTH118  (a folder of thousands of files is read for each notebook)
-            status = os.lstat(path)
-            if not os.path.isfile(path) or os.path.islink(path):  # noqa: PTH113, PTH114
-                continue
-            size += status.st_size
-            if size > limit:
-                raise ValueError(f"the submission's files take more than {limit} bytes")
-            with open(path, "rb") as file:  # noqa: PTH123
-                found[os.path.relpath(path, folder)] = (file.read(), status.st_mode & 0o777)
-    return found

@@ -10,6 +10,7 @@ from nbgrader.preprocessors import NbGraderPreprocessor
 from traitlets import List, Unicode
 
 from .analysis import analyse
+from .check import ORDINARY_ERRORS
 from .outputs import error
 from .repair import NOTICE
 from .roles import EXPLANATION, has_hidden_part, role_of, visible_part
@@ -21,11 +22,9 @@ PLACEHOLDER = "# (hidden tests)"
 _MARK_SCHEME = re.compile(r"^[^\n]*BEGIN MARK SCHEME.*?END MARK SCHEME[^\n]*$", re.MULTILINE | re.DOTALL)
 # Errors whose text is the grader's own, not the submission's.
 _OWN = frozenset(
-    {
-        *("GraderError", "SubmissionStopped", "LimitExceeded", "ProcessDied", "MemoryExceeded"),
-        *("CellStopped", "NothingHandedIn"),
-    }
+    {"SubmissionStopped", "LimitExceeded", "ProcessDied", "MemoryExceeded", "CellStopped", "NothingHandedIn"}
 )
+_FLAGGED = "GraderError"  # its text is for a person: it may name a class of the submission's, or say what did not cross
 
 
 class LeakFreeFeedback(NbGraderPreprocessor):
@@ -68,13 +67,16 @@ def _shown(output: Any, names: frozenset[str]) -> Any:
         return None
     if output.output_type != "error" or output.ename in _OWN:
         return output
+    if output.ename == _FLAGGED:
+        return error(_FLAGGED, "a person will look at this cell")
     # A submission can raise a NameError with a hidden input in the place of the name: only the test's own are shown.
     missing = (
         re.fullmatch(r"name '(\w+)' is not defined", output.evalue) if output.ename == "NameError" else None
     )
     if missing and missing[1] in names:
         return error(output.ename, output.evalue)
-    return error(output.ename, "a hidden test failed")
+    # The kind of an error can be chosen too: one that no honest mistake raises is not named.
+    return error(output.ename if output.ename in ORDINARY_ERRORS else "Error", "a hidden test failed")
 
 
 def _plain(text: str) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import uuid
 from dataclasses import asdict
 from pathlib import Path
@@ -12,7 +13,7 @@ from nbgrader.api import Gradebook
 from nbgrader.preprocessors import Execute, NbGraderPreprocessor
 from traitlets import Bool, Float, Integer, List, Unicode, default
 
-from .execute import read_folder
+from .layout import Layout
 from .pool import Job, Pool, pack, unpack
 from .repair import read_release
 from .roles import REVIEW
@@ -97,6 +98,7 @@ class IsolatedExecute(NbGraderPreprocessor):
             key=f"{info['student']}/{info['assignment']}/{info['notebook']}",
             notebook=pack(nb),
             release={cell.name: cell.source for cell in released},
+            layout=info.get("layout", Layout()),
             files=files,
             limits=tuple(self.limits().to_list()),
             packages=tuple(self.packages),
@@ -117,6 +119,42 @@ class IsolatedExecute(NbGraderPreprocessor):
             with Pool(1) as pool:
                 executed = unpack(pool.submit(self.job(nb, resources)).result())
         return executed, resources
+
+
+def read_folder(folder: str, limit: int) -> dict[str, tuple[bytes, int]]:
+    """Return the files of a submission's folder.
+
+    Parameters
+    ----------
+    folder : str
+        The folder; links are not followed.
+    limit : int
+        Most bytes together.
+
+    Returns
+    -------
+    dict of str to tuple of (bytes, int)
+        Content and mode by relative name.
+
+    Raises
+    ------
+    ValueError
+        If the files are too large together.
+    """
+    found: dict[str, tuple[bytes, int]] = {}
+    size = 0
+    for root, _, names in os.walk(folder):
+        for name in sorted(names):
+            path = os.path.join(root, name)  # noqa: PTH118  (a folder of thousands of files is read for each notebook)
+            status = os.lstat(path)
+            if not os.path.isfile(path) or os.path.islink(path):  # noqa: PTH113, PTH114
+                continue
+            size += status.st_size
+            if size > limit:
+                raise ValueError(f"the submission's files take more than {limit} bytes")
+            with open(path, "rb") as file:  # noqa: PTH123
+                found[os.path.relpath(path, folder)] = (file.read(), status.st_mode & 0o777)
+    return found
 
 
 class FlagForReview(NbGraderPreprocessor):

@@ -1,8 +1,9 @@
-"""A bound on what all processes of a notebook hold in memory together.
+"""A bound on what all processes of a notebook hold in memory together, and on their share of the processors.
 
 The kernel bounds the address space of each process. What it has for many together, control groups, an ordinary user
 mostly cannot set up. So the processes of a sandbox are looked at from outside, a few times a second, and where they
-hold too much the largest of the notebook's are ended, as the kernel does where memory runs out.
+hold too much the largest of the notebook's are ended, as the kernel does where memory runs out. Where more of them
+compute at a time than an exercise has use for, they go on with the lowest priority: other notebooks come first.
 """
 
 from __future__ import annotations
@@ -17,6 +18,8 @@ from pathlib import Path
 
 EVERY = 0.2  # seconds between two looks
 SHARE = 0.1  # of the time of one processor, which exact looks may take at the most
+CROWD = 4  # threads of a notebook that compute at a time, above which they give way to others
+LOWEST = 19
 GONE = 5.0  # seconds that an ended process may take to give its memory back
 PROC = Path("/proc")
 
@@ -60,6 +63,19 @@ def _is_ours(pid: int, depth: int) -> bool:
     return len(names) == depth and names[-1] != "1"
 
 
+def _computing(pid: int) -> list[int]:
+    """Return the threads of a process that compute, or could."""
+    found = []
+    with contextlib.suppress(OSError):
+        for thread in (PROC / str(pid) / "task").iterdir():
+            with contextlib.suppress(OSError):
+                if (thread / "stat").read_text(encoding="utf-8", errors="replace").rpartition(")")[2].split()[
+                    0
+                ] == "R":
+                    found.append(int(thread.name))
+    return found
+
+
 class MemoryWatch:
     """Watches a sandbox in a thread of its own until :meth:`stop`.
 
@@ -94,10 +110,27 @@ class MemoryWatch:
         while not self._done.wait(pause):
             pause = EVERY
             below = descendants(self.root)
+            self._give_way(below)
             if sum(map(at_most, below)) > self.bound:
                 began = time.thread_time()
                 self._relieve(below)
                 pause = max(EVERY, (time.thread_time() - began) / SHARE)
+
+    def _give_way(self, below: list[int]) -> None:
+        """Give a crowd of threads that compute the lowest priority; the sandbox's own processes keep theirs."""
+        crowd = {pid: threads for pid in below if (threads := _computing(pid))}
+        if sum(map(len, crowd.values())) <= CROWD:
+            return
+        depth = self._depth()
+        for pid, threads in crowd.items():
+            if _is_ours(pid, depth):
+                for thread in threads:
+                    with contextlib.suppress(OSError):
+                        os.setpriority(os.PRIO_PROCESS, thread, LOWEST)
+
+    def _depth(self) -> int:
+        """Return how many pid namespaces a process of the notebook is in: bubblewrap's and its own besides ours."""
+        return 2 + len(_status(self.root).get("NSpid", []))
 
     def _relieve(self, below: list[int]) -> None:
         """End as many of the largest processes as it takes to come below the bound."""
@@ -105,7 +138,7 @@ class MemoryWatch:
         over = sum(sizes.values()) - self.bound
         if over <= 0:
             return
-        depth = 2 + len(_status(self.root).get("NSpid", []))  # bubblewrap's namespace and the notebook's
+        depth = self._depth()
         ended = []
         for pid in sorted(sizes, key=sizes.__getitem__, reverse=True):
             if over <= 0:

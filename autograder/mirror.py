@@ -33,7 +33,7 @@ from .remote import (
 from .session import Ended
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
+    from collections.abc import Callable, Container
 
     from .session import Session
 
@@ -119,7 +119,7 @@ class Mirror:
         if type(said) is not list or len(said) < 1:
             raise Ended("protocol")
         if said[0] == "module" and len(said) == 2 and type(said[1]) is str:
-            return import_for_test(said[1])
+            return import_for_test(said[1], self.session.sandbox.importable)
         if said[0] == "data" and len(said) == 2:
             try:
                 top = lambda ref: Remote(self, ref, name, self.process)  # noqa: E731
@@ -305,32 +305,51 @@ def _update(target: Any, new: Any) -> bool:
 
 
 @cache
-def _installed() -> frozenset[str]:
+def installed() -> frozenset[str]:
+    """Return the names of all packages that are installed here."""
     return frozenset(packages_distributions())
 
 
-def import_for_test(name: str) -> Any:
-    """Return the grader's own import of a module that a submission imported.
+# Modules that do something when they are imported, and parts of packages that are not for use.
+_NOT_FOR_USE = frozenset(
+    [
+        "antigravity",
+        "this",
+        "idlelib",
+        "turtle",
+        "turtledemo",
+        "test",
+        "tests",
+        "autograder",
+        "roboloc_reference",
+    ]
+)
+
+
+def import_for_test(name: str, packages: Container[str]) -> Any:
+    """Return the grader's own import of a module that a submission, or the release, imported.
 
     Parameters
     ----------
     name : str
-        The module's name in the sandbox.
+        The module's name in the sandbox. A submission can say anything there.
+    packages : container of str
+        The packages, besides the standard library, that may be imported; see `sandbox.Sandbox.importable`.
 
     Returns
     -------
     module or object
-        The module, or a mark that there is none: only installed libraries and the standard library are imported.
+        The module, or a mark that there is none. No program is started: private modules, `__main__` among them, are
+        none.
     """
-    root = name.partition(".")[0]
-    allowed = (
-        root in sys.stdlib_module_names and root not in {"antigravity", "this", "idlelib", "turtle"}
-    ) or (root in _installed() and root not in {"autograder", "roboloc_reference"})
-    if not allowed:
+    root, *_ = parts = name.split(".")
+    if root not in sys.stdlib_module_names and root not in packages:
+        return _GONE
+    if any(part in _NOT_FOR_USE or part.startswith("_") for part in parts):
         return _GONE
     if name in sys.modules:
         return sys.modules[name]
     try:
         return importlib.import_module(name)
-    except ImportError:
+    except (Exception, SystemExit):  # noqa: BLE001  (whatever a package does that is not complete here)
         return _GONE

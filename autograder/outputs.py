@@ -5,12 +5,16 @@ from __future__ import annotations
 import base64
 import binascii
 import re
+from html import unescape
 from typing import Any
 
 import bleach
 from nbformat.v4 import new_output
 
 MAX_CHARACTERS = 4_000_000
+MAX_NOTEBOOK = 32_000_000  # characters of all outputs of a notebook; a tag of HTML counts as so many:
+TAG = 400
+MAX_TAGS = 10_000  # in one output: to clean them takes the square of it where they are nested
 TAGS = frozenset(
     [
         "b",
@@ -55,8 +59,9 @@ TAGS = frozenset(
     ]
 )
 _PICTURES = {"image/png": b"\x89PNG", "image/jpeg": b"\xff\xd8\xff"}
-# Commands of TeX that reach outside mathematics in a browser.
-_TEX_REACHES_OUT = re.compile(r"[<>]|\\(href|require|class|cssId|style|unicode|include|url)\b")
+# The backslash of commands of TeX with which MathJax reaches outside mathematics.
+TEX_REACHES_OUT = re.compile(r"\\(?=(?:href|require|class|cssId|style|unicode|include|url|mmlToken|bbox)\b)")
+_ENTITY = re.compile(r"&#?\w{1,32};?", re.ASCII)
 _ANSI = re.compile(r"\x1b\[[0-9;]*[A-Za-z]")
 
 
@@ -79,6 +84,57 @@ def clean(outputs: object) -> list[Any]:
     [{'output_type': 'display_data', 'metadata': {}, 'data': {'text/html': '<b>3 m</b>'}}]
     """
     return [kept for output in outputs if (kept := _one(output)) is not None] if type(outputs) is list else []
+
+
+def tame_formulas(html: str) -> str:
+    r"""Return clean HTML in whose formulas no command reaches outside mathematics.
+
+    Parameters
+    ----------
+    html : str
+        Whose markup is harmless.
+
+    Returns
+    -------
+    str
+        The same; characters that need no entity stand as themselves.
+
+    Examples
+    --------
+    >>> tame_formulas(r"<p>$\frac{1}{2}$ &lt; $&#92;&#104;ref{x}{y}$</p>")
+    '<p>$\\frac{1}{2}$ &lt; $href{x}{y}$</p>'
+    """
+
+    def plain(entity: re.Match) -> str:
+        character = unescape(entity[0])
+        return entity[0] if set(character) & set("<>&\"'") else character
+
+    return TEX_REACHES_OUT.sub("", _ENTITY.sub(plain, html))
+
+
+def weight(outputs: object) -> int:
+    """Return what it takes to keep outputs as they come.
+
+    Parameters
+    ----------
+    outputs : object
+        What the worker sent.
+
+    Returns
+    -------
+    int
+        Characters of text, markup and pictures; a tag counts as many, since it is to be cleaned.
+
+    Examples
+    --------
+    >>> weight([{"output_type": "stream", "text": "3 m"}])
+    9
+    """
+    if type(outputs) is str:
+        return len(outputs) + TAG * outputs.count("<")
+    if type(outputs) is dict:
+        outputs = list(outputs.values())
+    return sum(map(weight, outputs)) if type(outputs) is list else 0
 
 
 def error(ename: str, evalue: str) -> Any:
@@ -123,11 +179,12 @@ def _data(data: dict) -> dict[str, str]:
             continue
         if mime == "text/plain":
             kept[mime] = _text(value)
-        elif mime == "text/html":
-            kept[mime] = bleach.clean(value, tags=TAGS, attributes={}, strip=True, strip_comments=True)
-        elif (mime == "text/latex" and not _TEX_REACHES_OUT.search(value)) or (
-            mime in _PICTURES and _is_picture(value, _PICTURES[mime])
-        ):
+        elif mime == "text/html" and value.count("<") <= MAX_TAGS:
+            shown = bleach.clean(value, tags=TAGS, attributes={}, strip=True, strip_comments=True)
+            kept[mime] = tame_formulas(shown)
+        elif (
+            mime == "text/latex" and not re.search("[<>]", value) and not TEX_REACHES_OUT.search(value)
+        ) or (mime in _PICTURES and _is_picture(value, _PICTURES[mime])):
             kept[mime] = value
     return kept
 

@@ -43,10 +43,12 @@ from .interrupted import (
 )
 from .isolated import IsolatedExecute
 from .late import STAMP, submitted_at
+from .layout import Layout, read_layout
 from .pool import Job, Pool, unpack
 from .progress import Progress
 from .repair import Released, read_release, read_submission
 from .sandbox import SandboxError, require_bubblewrap
+from .versions import read_history
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
@@ -136,7 +138,7 @@ class ParallelAutograde(Autograde):
             self._require_sandbox()
         self.coursedir.get_existing_timestamp = partial(submitted_at, self.coursedir)
         self.exporter.optimistic_validation = True  # once after all steps, not after each
-        self._releases: dict[tuple[str, str], list[Released]] = {}
+        self._releases: dict[tuple[str, str, str], tuple[Layout, list[Released]]] = {}
         todo = [self._submission(folder) for folder in sorted(self.assignments)]
         progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
         errors: list[Submission] = []
@@ -315,7 +317,7 @@ class ParallelAutograde(Autograde):
         info = resources["nbgrader"]
         # What was handed in goes past nbconvert, which stumbles over what is not quite a notebook, to `RepairNotebook`.
         info["submitted"], info["unreadable"] = read_submission(Path(filename))
-        info["released"] = self._released(info["assignment"], info["notebook"])
+        info["layout"], info["released"] = self._released(info["assignment"], info["notebook"])
         folder = self._format_dest(info["assignment"], info["student"])
         resources["metadata"] = {"name": info["notebook"], "path": folder}
         self._init_preprocessors()
@@ -323,15 +325,15 @@ class ParallelAutograde(Autograde):
         self.write_single_notebook(output, resources)
         return nbformat.reads(output, as_version=4), resources
 
-    def _released(self, assignment: str, notebook: str) -> list[Released]:
-        """Return the cells of a release; they are read once in a run."""
-        if (assignment, notebook) not in self._releases:
+    def _released(self, assignment: str, notebook: str) -> tuple[Layout, list[Released]]:
+        """Return layout and cells of a release; they are read once in a run."""
+        what = (self.coursedir.db_url, assignment, notebook)
+        if what not in self._releases:
             folder = self.coursedir.format_path(self.coursedir.release_directory, ".", assignment)
-            path = Path(folder, f"{notebook}.ipynb")
-            self._releases[assignment, notebook] = read_release(
-                self.coursedir.db_url, assignment, notebook, path
-            )
-        return self._releases[assignment, notebook]
+            *_, last = {}, *(version.cells for version in read_history(*what))
+            layout = read_layout(Path(folder, f"{notebook}.ipynb"), last)
+            self._releases[what] = layout, read_release(*what, layout.order)
+        return self._releases[what]
 
     # after execution
 

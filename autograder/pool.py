@@ -21,6 +21,7 @@ from typing import IO, TYPE_CHECKING
 
 import nbformat
 
+from .layout import Layout
 from .roles import REVIEW, role_of
 from .sandbox import Sandbox, SandboxError
 from .worker.limits import Limits
@@ -61,6 +62,8 @@ class Job:
         See `execute.Execution`.
     explain : bool
         See `grading.grading_run`.
+    layout : layout.Layout
+        What else is known of the release.
     secret : str
         The course's secret where the process that executes cannot look it up; empty where it can.
     """
@@ -77,6 +80,7 @@ class Job:
     run: str = ""
     warm: bool = True
     explain: bool = False
+    layout: Layout = field(default_factory=Layout)
     secret: str = field(default="", repr=False)
 
     def record(self) -> dict[str, str]:
@@ -154,7 +158,7 @@ def execute(job: Job) -> str:
             with grading.grading_run(run_id=job.run, secret=job.secret or None, explain=job.explain):
                 limits = Limits.from_list(list(job.limits))
                 execution = execute_.Execution(
-                    notebook, job.release, sandbox, limits, job.files, warm=job.warm
+                    notebook, job.release, sandbox, limits, job.files, warm=job.warm, layout=job.layout
                 )
                 execution.run()
         except SandboxError:

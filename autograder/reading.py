@@ -11,7 +11,7 @@ import ast
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
-from IPython.core.inputtransformer2 import TransformerManager
+from .analysis import transformed
 
 if TYPE_CHECKING:
     from collections.abc import Iterator, Sequence
@@ -19,21 +19,28 @@ if TYPE_CHECKING:
 TOOLS = frozenset(
     {
         "exec", "eval", "__import__", "getattr", "setattr", "delattr", "globals", "locals", "vars", "open", "input",
-        "breakpoint",
+        "breakpoint", "In", "Out",
     }
 )  # fmt: skip
 _ATTRIBUTES = frozenset(
     {
         "settrace", "setprofile", "gettrace", "getprofile", "addaudithook", "monitoring", "modules", "f_trace",
-        "run_cell", "run_code", "ex", "settrace_all_threads", "setitem", "attrgetter", "methodcaller",
+        "run_cell", "run_code", "ex", "ev", "user_ns", "user_global_ns", "push", "safe_execfile",
+        "settrace_all_threads", "setitem", "attrgetter", "methodcaller", "runstring", "rundocs", "measure", "load",
+        "lib", "_core", "core", "f2py", "ctypeslib", "LowLevelCallable", "switch_backend", "rc_file",
+        "get_type_hints", "ForwardRef", "_getframe", "_current_frames", "meta_path", "path_hooks",
     }
 )  # fmt: skip
-_MODULES = frozenset(
-    {
-        "ctypes", "gc", "importlib", "unittest", "inspect", "threading", "_thread", "multiprocessing", "concurrent",
-        "asyncio", "runpy", "code", "codeop", "pickle", "marshal", "builtins", "bdb", "pdb", "trace", "cffi", "numba",
-        "cython", "subprocess", "signal",
-    }
+# What cells of a submission may import: in no other module does anyone know what can change other code. SymPy evaluates
+# text; a file beside the notebook is not read.
+_MODULES = tuple(
+    f"{name}."
+    for name in (
+        "numpy", "scipy", "math", "cmath", "matplotlib", "mpl_toolkits", "roboloc", "ipywidgets", "IPython.display",
+        "itertools", "functools", "operator", "collections", "dataclasses", "typing", "enum", "copy", "random",
+        "statistics", "time", "datetime", "string", "re", "warnings", "fractions", "heapq", "bisect", "abc", "numbers",
+        "textwrap", "pprint", "contextlib", "os", "sys", "__future__",
+    )
 )  # fmt: skip
 _MAGICS = frozenset(
     {
@@ -41,6 +48,10 @@ _MAGICS = frozenset(
         "whos",
     }
 )  # fmt: skip
+
+
+# What IPython writes for a magic and for a command of the system; `_trees` looks at those.
+_OF_MAGICS = frozenset({"run_line_magic", "run_cell_magic", "system", "getoutput"})
 
 
 class Unreadable(Exception):  # noqa: N818  (a state of the text, not a fault of the program)
@@ -75,6 +86,7 @@ class Reading:
         for source, given in sources:
             for tree in _trees(source):
                 if not given:
+                    _mark_magics(tree)
                     for node in ast.walk(tree):
                         _hold_harmless(node)
                 self._collect(tree.body, sure=True)
@@ -171,16 +183,28 @@ def imports(node: ast.Import | ast.ImportFrom) -> Iterator[tuple[str, str]]:
 def _trees(source: str) -> Iterator[ast.Module]:
     """Yield the trees of a cell, and of the code that a magic of it runs."""
     try:
-        tree = ast.parse(TransformerManager().transform_cell(source))
-    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        tree = ast.parse(transformed(source))
+    except (SyntaxError, RecursionError, MemoryError):
         return  # it did not run either
+    except (ValueError, RuntimeError):
+        raise Unreadable("a cell is too long, or has too many magics") from None
     yield tree
     for node in ast.walk(tree):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute):
             if node.func.attr in {"run_line_magic", "run_cell_magic"}:
-                yield from _magic([one.value for one in node.args if isinstance(one, ast.Constant)])
+                if not all(isinstance(one, ast.Constant) for one in node.args):
+                    raise Unreadable("a cell uses a magic command on what the text does not say")
+                yield from _magic([one.value for one in node.args])
             elif node.func.attr in {"system", "getoutput"}:
                 raise Unreadable("a cell runs a command of the system")
+
+
+def _mark_magics(tree: ast.AST) -> None:
+    """Mark what IPython wrote for a magic."""
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Attribute) and node.attr in _OF_MAGICS:
+            for part in ast.walk(node.value):
+                part.of_a_magic = True
 
 
 def _magic(words: list) -> Iterator[ast.Module]:
@@ -191,13 +215,15 @@ def _magic(words: list) -> Iterator[ast.Module]:
             yield from _trees(str(text))
 
 
-def _hold_harmless(node: ast.AST) -> None:  # noqa: C901  (by kind of node)
+def _hold_harmless(node: ast.AST) -> None:
     """Refuse what can change code that is not its own."""
     word = ""
-    if isinstance(node, ast.Name) and node.id in TOOLS:
-        word = node.id
+    if isinstance(node, ast.Name):
+        hidden = node.id.startswith("__") and node.id != "__name__"
+        if node.id in TOOLS or hidden or (node.id == "get_ipython" and not hasattr(node, "of_a_magic")):
+            word = node.id
     elif isinstance(node, ast.Attribute):
-        hidden = node.attr.startswith("__") or (node.attr in TOOLS and node.attr.startswith(("set", "exec")))
+        hidden = node.attr.startswith("__") or node.attr in TOOLS
         if node.attr in _ATTRIBUTES or hidden:
             word = node.attr
         elif not isinstance(node.ctx, ast.Load) and isinstance(node.value, (ast.Name, ast.Attribute)):
@@ -207,12 +233,10 @@ def _hold_harmless(node: ast.AST) -> None:  # noqa: C901  (by kind of node)
             if isinstance(root, ast.Name) and root.id in {"np", "numpy", "scipy", "sys", "math", "builtins"}:
                 raise Unreadable("a cell assigns to a part of a library, which then does something else")
     elif isinstance(node, (ast.Import, ast.ImportFrom)):
-        roots = {full.partition(".")[0] for _, full in imports(node)}
-        if isinstance(node, ast.ImportFrom):
-            roots.add((node.module or "").partition(".")[0])
-            if {alias.name for alias in node.names} & (_ATTRIBUTES | {"setattr"}):
-                word = "sys"
-        word = next(iter(sorted(roots & _MODULES)), word)
+        names = [node.module or ""] if isinstance(node, ast.ImportFrom) else [one.name for one in node.names]
+        word = next((name for name in names if not f"{name}.".startswith(_MODULES)), "").partition(".")[0]
+        parts = {part for alias in node.names for part in alias.name.split(".")}
+        word = word or next(iter(sorted(parts & (_ATTRIBUTES | TOOLS))), "")
     if word:
         raise Unreadable(
             f"a cell uses {safe(word)}, after which the text of a function no longer says what runs"

@@ -162,17 +162,6 @@ def is_remote(value: object) -> bool:
     return type(value) is Remote
 
 
-def type_name(value: object) -> str:
-    """Return the name of a value's class, also of one that stays in the sandbox.
-
-    Examples
-    --------
-    >>> type_name(1.0)
-    'float'
-    """
-    return parts(value)[1].type_name if is_remote(value) else type(value).__name__
-
-
 def evaluate(target: Any, values: dict[str, float]) -> Any:
     """Evaluate a symbolic answer at a point.
 
@@ -281,7 +270,8 @@ def rebuild_exception(described: list) -> Exception:
     Returns
     -------
     Exception
-        Of the builtin or library class where there is one, else a `StudentError`; with ``line`` and ``source``.
+        Of the builtin or library class where there is one and a test cannot take it for the end of a loop, else a
+        `StudentError`; with ``line`` and ``source``.
     """
     module, name, nearest, text, line, source = described
     kind: Any = None
@@ -292,7 +282,11 @@ def rebuild_exception(described: list) -> Exception:
             kind = wire.resolve_named(module, name, loaded_only=True)
         except wire.WireError:
             kind = None
-    if not (isinstance(kind, type) and issubclass(kind, Exception)):
+    ends_loops = (
+        StopIteration,
+        StopAsyncIteration,
+    )  # raised here, one would end a loop of the test's without a word
+    if not (isinstance(kind, type) and issubclass(kind, Exception)) or issubclass(kind, ends_loops):
         return StudentError(f"{name}: {text}", name, text, line, source)
     try:
         error = kind(text)

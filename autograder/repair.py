@@ -68,7 +68,7 @@ class Released:
         return found | ({"points": self.points} if self.grade or self.task else {})
 
 
-def read_release(db_url: str, assignment: str, notebook: str, order: Path | None = None) -> list[Released]:
+def read_release(db_url: str, assignment: str, notebook: str, order: Sequence[str] = ()) -> list[Released]:
     """Return the cells of a release from the gradebook, in their order.
 
     Parameters
@@ -77,8 +77,8 @@ def read_release(db_url: str, assignment: str, notebook: str, order: Path | None
         The gradebook.
     assignment, notebook : str
         Which notebook.
-    order : pathlib.Path, optional
-        The released file: a database keeps no order.
+    order : sequence of str, optional
+        Their names in order: a database keeps none.
 
     Returns
     -------
@@ -98,16 +98,8 @@ def read_release(db_url: str, assignment: str, notebook: str, order: Path | None
             )
             for cell in found.source_cells
         ]  # fmt: skip
-    place = _places(order)
+    place = {name: number for number, name in enumerate(order)}
     return sorted(cells, key=lambda cell: place.get(cell.name, len(place)))
-
-
-def _places(path: Path | None) -> dict[str, int]:
-    if path is None or not path.is_file():
-        return {}
-    cells = json.loads(path.read_text(encoding="utf-8")).get("cells", [])
-    ids = [cell.get("metadata", {}).get("nbgrader", {}).get("grade_id") for cell in cells]
-    return {name: i for i, name in enumerate(ids) if name}
 
 
 def read_submission(path: Path) -> tuple[NotebookNode | None, str]:  # noqa: PLR0911  (a return for each fault)
@@ -117,7 +109,7 @@ def read_submission(path: Path) -> tuple[NotebookNode | None, str]:  # noqa: PLR
             return None, "the file is a link, and links are not followed"
         if path.stat().st_size > MAX_BYTES:
             return None, f"the file is larger than {MAX_BYTES // 1024**2} MB"
-        raw = json.loads(path.read_text(encoding="utf-8"))
+        raw = json.loads(path.read_text(encoding="utf-8-sig"))
         notebook = nbformat.reads(json.dumps(raw), as_version=4) if _is_old(raw) else nbformat.from_dict(raw)
     except FileNotFoundError:
         return None, f"no file {path.name} was handed in"
@@ -253,7 +245,9 @@ def _name_cells(
         seen.add(name)
         own = cells[i]
         cells[i] = _of_release(known[name], None if known[name].locked else own.source)
-        if "attachments" in own and cells[i].cell_type == "markdown" and not known[name].locked:
+        if (
+            "attachments" in own and cells[i].cell_type == "markdown"
+        ):  # the gradebook has none, not even the release's
             cells[i]["attachments"] = own.attachments
 
 

@@ -215,6 +215,8 @@ def command(packages: Sequence[str], mode: str, hidden: Sequence[str] = ()) -> l
     arguments += ["--ro-bind", str(here / "frames.py"), f"{WORKER}/{NAME}/frames.py"]
     arguments += ["--ro-bind", str(here / "worker"), f"{WORKER}/{NAME}/worker"]
     arguments += ["--dev", "/dev", "--tmpfs", "/tmp", "--dir", "/home/student", "--chdir", "/home/student"]  # noqa: S108
+    # What is mapped from /dev/zero is memory that no limit counts.
+    arguments += ["--ro-bind", "/dev/null", "/dev/zero"]
     for folder in ("/dev", "/"):
         arguments += ["--remount-ro", folder]
     for name, value in environment.items():
@@ -256,6 +258,11 @@ class Sandbox:
     filtered : bool, optional
         Whether system calls are filtered; tests of the other defences do without.
 
+    Attributes
+    ----------
+    importable : frozenset of str
+        The packages that submissions may import.
+
     Raises
     ------
     SandboxError
@@ -265,6 +272,9 @@ class Sandbox:
     def __init__(
         self, packages: Sequence[str] = PACKAGES, hidden: Sequence[str] = (), *, filtered: bool = True
     ) -> None:
+        self.importable = frozenset(
+            Path(place).name.partition(".")[0] for _, place in _site_binds(tuple(packages))
+        )
         self._program = require_bubblewrap() if filtered else b""
         modes = ["root", "user"] if os.geteuid() == 0 else ["user"]
         for mode in modes:

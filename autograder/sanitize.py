@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import functools
 import re
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import bleach
 from jinja2 import pass_context
 from nbconvert.filters.markdown_mistune import IPythonRenderer, MarkdownWithMath
 
-from .outputs import TAGS
+from .outputs import MAX_TAGS, TAGS, TEX_REACHES_OUT, tame_formulas
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -24,12 +25,10 @@ _TAGS = TAGS | {"a", "del", "img"}
 _ATTRIBUTES = {"a": {"title"}, "th": {"align"}, "td": {"align"}}
 _LINK = re.compile(r"(https?://|mailto:|#)", re.IGNORECASE)
 _PICTURE = re.compile(r"data:image/(png|jpeg);base64,[A-Za-z0-9+/=\s]*")
+_PROTOCOLS = bleach.ALLOWED_PROTOCOLS | {"data"}  # of pictures alone: see `_allowed`
 _COLOUR = re.compile(
     r"(highlight( hl-\w+)?|[a-z][a-z0-9]{0,2}|ansi-[a-z-]+)( ansi-[a-z-]+)*"
 )  # classes of highlighting
-# Commands of TeX with which MathJax reaches outside mathematics.
-_TEX_REACHES_OUT = re.compile(r"\\(?=(?:href|require|class|cssId|style|unicode|include|url)\b)")
-
 _NO_TEXT = re.compile(
     r"<img(?![^>]*\salt=)"
 )  # in clean HTML: no sign of `>` stands before an alternative text
@@ -92,7 +91,9 @@ def clean_html(element: Any) -> str:
 
 @remembered
 def _clean(text: str) -> str:
-    clean = bleach.clean(text, tags=_TAGS, attributes=_allowed, strip=True, strip_comments=True)
+    clean = bleach.clean(
+        text, tags=_TAGS, attributes=_allowed, protocols=_PROTOCOLS, strip=True, strip_comments=True
+    )
     return _NO_TEXT.sub('<img alt="picture without a description"', clean)
 
 
@@ -117,6 +118,8 @@ def markdown2html(context: Any, source: str) -> str:
     >>> markdown2html({}, r"*Because* $\href{javascript:f()}{x}$ <img src=x onerror=f()>").strip()
     '<p><em>Because</em> $href{javascript:f()}{x}$ <img alt="picture without a description"></p>'
     """
+    if source.count("<") > MAX_TAGS:
+        return f"<pre>{escape(source)}</pre>"
     cell = context.get("cell") or {}
     attachments = cell.get("attachments", {})
     return _from_markdown(source, attachments) if attachments else _markdown(source)
@@ -127,6 +130,18 @@ def _markdown(source: str) -> str:
     return _from_markdown(source, {})
 
 
+class _Attached(dict):
+    """Attachments of a cell; one that is missing is an empty picture: nbconvert would give up the page for it."""
+
+    def __contains__(self, name: object) -> bool:
+        return True
+
+    def __missing__(self, name: str) -> dict[str, str]:
+        return {"image/png": ""}
+
+
 def _from_markdown(source: str, attachments: dict[str, Any]) -> str:
-    renderer = IPythonRenderer(escape=False, attachments=attachments, exclude_anchor_links=True)
-    return clean_html(MarkdownWithMath(renderer=renderer).render(_TEX_REACHES_OUT.sub("", source)))
+    renderer = IPythonRenderer(escape=False, attachments=_Attached(attachments), exclude_anchor_links=True)
+    # Before, since a formula is not Markdown; and after, since Markdown can write a backslash in other ways.
+    html = MarkdownWithMath(renderer=renderer).render(TEX_REACHES_OUT.sub("", source))
+    return tame_formulas(clean_html(html))

@@ -44,7 +44,9 @@ DENIED = {
         "quotactl", "quotactl_fd", "swapon", "swapoff", "acct", "sethostname", "setdomainname", "vhangup",
         "settimeofday", "stime", "clock_settime", "clock_settime64", "clock_adjtime", "clock_adjtime64", "adjtimex",
     ),
-    "memory that no limit counts": ("memfd_create", "memfd_secret", "shmget", "semget", "msgget", "mq_open"),
+    "memory that no limit counts": (
+        "memfd_create", "memfd_secret", "shmget", "semget", "msgget", "mq_open", "setsockopt",
+    ),
     "filters": ("seccomp",),
 }  # fmt: skip
 # A kernel may have calls that were not known when this was written: it says that it has none above this number.
@@ -58,6 +60,7 @@ _NAMESPACES = (
 )  # fmt: skip
 _AF_UNIX, _SOCK_STREAM, _SOCK_MASK = 1, 1, 0xF
 _PR_SET_SECCOMP = 22
+_SHARED_ANONYMOUS = 0x21
 
 
 class FilterError(RuntimeError):
@@ -178,6 +181,10 @@ def program() -> bytes:
         made.refuse("clone", 0, _EQ_MASKED, flag, flag)
     made.refuse("clone3", error=errno.ENOSYS)  # its flags are in memory; the C library takes `clone` then
     made.refuse("prctl", 0, _EQ_MASKED, 0xFFFFFFFF, _PR_SET_SECCOMP)
+    # Many kernels give each session a share of the processors of its own. It is answered as if it had been done.
+    made.refuse("setsid", error=0)
+    # Shared memory of no file stays where no process has it in its tables any more.
+    made.refuse("mmap", 3, _EQ_MASKED, _SHARED_ANONYMOUS, _SHARED_ANONYMOUS)
     # The warden's channels are connected pairs. Of a datagram's, a message could go to another notebook's.
     made.refuse("socketpair", 0, _NE, _AF_UNIX)
     for kind in range(_SOCK_MASK + 1):

@@ -17,6 +17,7 @@ from __future__ import annotations
 
 import importlib
 import math
+import re
 import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -36,6 +37,7 @@ _UNNAMEABLE = frozenset(
     {"eval", "exec", "compile", "open", "__import__", "input", "breakpoint", "globals", "vars"}
 )
 _DTYPE_KINDS = frozenset("biufcSUMm")
+_DTYPE = re.compile(r"[<>|=]?[biufcSUMm][0-9]{1,9}(\[[0-9]{0,9}[A-Za-z]{1,2}\])?")
 _BIT_GENERATORS = frozenset({"PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64"})
 # Length of the buffer of those that have one: numpy believes a state's place in it and reads there, wherever that is.
 _BUFFERS = {"MT19937": 624, "Philox": 4}
@@ -359,16 +361,15 @@ def _hashable(value: object) -> Any:
 def _decode_int(text: str) -> int:
     if type(text) is not str or len(text) > 30_000:
         raise WireError("an integer too long")
-    return int(text, 16)
+    value = int(text, 16)
+    _big_int(value)
+    return value
 
 
 def _dtype(text: str) -> np.dtype:
-    if len(text) > 32:
-        raise WireError("a dtype too long")
-    dtype = np.dtype(text)
-    if dtype.kind not in _DTYPE_KINDS or dtype.itemsize == 0 or dtype.subdtype is not None:
-        raise WireError(f"an array of dtype {text}")
-    return dtype
+    if not _DTYPE.fullmatch(text) or np.dtype(text).itemsize == 0:
+        raise WireError(f"an array of dtype {text[:32]}")
+    return np.dtype(text)
 
 
 def _decode_array(text: str, shape: list, order: str, writeable: bool, raw: bytes) -> np.ndarray:

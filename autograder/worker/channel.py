@@ -62,13 +62,15 @@ class Channel:
         except OSError as error:
             raise Closed(str(error)) from error
 
-    def receive(self, timeout: float | None = None) -> Any:
+    def receive(self, timeout: float | None = None, most: int | None = None) -> Any:
         """Return the next message.
 
         Parameters
         ----------
         timeout : float, optional
             Most seconds until it is complete.
+        most : int, optional
+            Most bytes; `frames.MAX_FRAME` if not given.
 
         Returns
         -------
@@ -84,31 +86,30 @@ class Channel:
         wire.WireError
             If it is no frame.
         """
-        return frames.unpack(self.receive_frame(timeout))
+        return frames.unpack(self.receive_frame(timeout, most))
 
-    def receive_frame(self, timeout: float | None = None) -> bytes:
+    def receive_frame(self, timeout: float | None = None, most: int | None = None) -> bytes:
         """Return the body of the next frame without reading it; see :meth:`receive`."""
         deadline = None if timeout is None else time.monotonic() + timeout
-        return self._exactly(frames.frame_length(self._exactly(4, deadline)), deadline)
+        return self._exactly(frames.frame_length(self._exactly(4, deadline), most), deadline)
 
     def _exactly(self, count: int, deadline: float | None) -> bytes:
-        parts = []
-        while count:
+        found = bytearray()  # not a list of parts: the other side chooses how many
+        while len(found) < count:
             left = None if deadline is None else deadline - time.monotonic()
             if left is not None and left <= 0:
                 raise TimeoutError
             self.sock.settimeout(left)
             try:
-                part = self.sock.recv(min(count, 1 << 20))
+                part = self.sock.recv(min(count - len(found), 1 << 20))
             except TimeoutError:
                 raise
             except OSError as error:
                 raise Closed(str(error)) from error
             if not part:
                 raise Closed("end of stream")
-            parts.append(part)
-            count -= len(part)
-        return b"".join(parts)
+            found += part
+        return bytes(found)
 
     def send_descriptor(self, descriptor: int) -> None:
         """Hand an open file descriptor to the other side."""

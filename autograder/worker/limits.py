@@ -64,7 +64,7 @@ def apply(limits: Limits) -> None:
         (resource.RLIMIT_FSIZE, limits.file_size),
         (resource.RLIMIT_CPU, whole),
         (resource.RLIMIT_CORE, 0),
-        (resource.RLIMIT_NOFILE, 512),
+        (resource.RLIMIT_NOFILE, 128),
     ):
         _, hard = resource.getrlimit(what)
         bound = int(value) if hard == resource.RLIM_INFINITY else min(int(value), hard)

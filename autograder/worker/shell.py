@@ -129,8 +129,20 @@ class NotebookShell(InteractiveShell):
         """Ignore `exit()` and `quit()`: a notebook goes on with its next cell."""
 
     def system(self, cmd: str) -> None:
-        """Run a shell command and show what it prints."""
-        self.system_piped(cmd)
+        """Run a shell command and show what it prints; without a terminal, which would take a session of its own."""
+        import subprocess  # noqa: PLC0415
+
+        command = self.var_expand(cmd, depth=1)
+        done = subprocess.run(  # noqa: S602  (the submission's own, where it runs)
+            command,
+            shell=True,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.PIPE,
+            stderr=subprocess.STDOUT,
+            check=False,
+        )
+        sys.stdout.write(done.stdout.decode("utf-8", "replace"))
+        self.user_ns["_exit_code"] = done.returncode
 
 
 def make_shell(name: str = "__main__") -> NotebookShell:

@@ -99,7 +99,7 @@ class State:
 
     def become_child(self, descriptor: int) -> None:
         """Serve a channel of its own from now on."""
-        os.setsid()
+        os.setpgid(0, 0)
         hide_memory()
         self.channel.close()
         import socket  # noqa: PLC0415
@@ -275,7 +275,7 @@ def start(shell: NotebookShell, descriptor: int, begun: Sequence[tuple[str, list
     """Be the first state process of a notebook; does not return."""
     import socket  # noqa: PLC0415
 
-    os.setsid()
+    os.setpgid(0, 0)
     hide_memory()
     signal.signal(signal.SIGINT, signal.default_int_handler)
     state = State(shell, Channel(socket.socket(fileno=descriptor)), begun)

@@ -7,6 +7,7 @@ its value is not finite, SymPy's own `evalf` has the last word: it takes longer,
 from __future__ import annotations
 
 import functools
+from numbers import Number
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -38,7 +39,7 @@ def evaluate(expression: Any, values: dict[str, float]) -> Any:
     ValueError
         If a symbol has no number, or an entry has no finite value there.
     TypeError
-        If it is not something SymPy can evaluate.
+        If it is not something SymPy can evaluate; text is not, whatever it says.
 
     Examples
     --------
@@ -51,6 +52,7 @@ def evaluate(expression: Any, values: dict[str, float]) -> Any:
     """
     import sympy  # noqa: PLC0415  (a sandbox for a course without SymPy must be able to load this module)
 
+    _refuse_text(expression)
     expression = sympy.sympify(expression)
     shape, entries = (), [expression]
     single = not isinstance(expression, (sympy.MatrixBase, sympy.NDimArray, list, tuple, sympy.Tuple))
@@ -66,6 +68,22 @@ def evaluate(expression: Any, values: dict[str, float]) -> Any:
     if numbers is None:
         numbers = [_number(entry, values) for entry in entries]
     return numbers[0] if single else np.array(numbers).reshape(shape)
+
+
+def _refuse_text(value: Any) -> None:
+    """Refuse what SymPy would read as text: it evaluates text as Python, and this runs in the grader's process, too."""
+    import sympy  # noqa: PLC0415
+
+    if isinstance(value, (list, tuple)):
+        for entry in value:
+            _refuse_text(entry)
+    elif isinstance(value, np.ndarray) and value.dtype.kind == "O":
+        _refuse_text(value.ravel().tolist())
+    elif not (
+        isinstance(value, (sympy.Basic, sympy.MatrixBase, sympy.NDimArray, Number))
+        or (isinstance(value, (np.ndarray, np.generic)) and value.dtype.kind in "biufc")
+    ):
+        raise TypeError(f"expected an expression of SymPy, got {type(value).__name__}")
 
 
 def _quickly(entries: tuple, values: dict[str, float]) -> list[float | complex] | None:

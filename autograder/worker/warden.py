@@ -10,9 +10,11 @@ calls go to forks of the marks.
 from __future__ import annotations
 
 import contextlib
+import errno
 import os
 import shutil
 import signal
+import stat
 import time
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +33,9 @@ if TYPE_CHECKING:
 
 TICK = 0.05
 FORK_TIMEOUT = 20.0
+MAX_PID = 1 << 22  # the kernel's own bound
+FORK_BYTES = 64  # of the answer to a fork, which is a word and a number
+ANSWER_BYTES = frames.MAX_FRAME - 1024  # of a state's, which goes on to the grader in a frame with more in it
 SNAPSHOT_BYTES = 64 * 1024**2
 KEPT = (".tmp", ".shm")  # see `zygote.isolate`
 
@@ -125,6 +130,8 @@ class Warden:
                 answer = ["ended", ended.reason, self.left]
             except OSError as error:
                 answer = ["ended", f"died: {error.strerror}", self.left]
+            except (wire.WireError, ValueError, TypeError, OverflowError, MemoryError, RecursionError):
+                answer = ["ended", "protocol", self.left]  # of what a state said
             self.grader.send_frame(answer if isinstance(answer, bytes) else frames.pack(answer))
 
     def fork(self, holder: Holder) -> Holder:
@@ -133,7 +140,7 @@ class Warden:
         try:
             holder.channel.send(["fork"], FORK_TIMEOUT)
             holder.channel.send_descriptor(theirs.fileno())
-            reply = holder.channel.receive(FORK_TIMEOUT)
+            reply = holder.channel.receive(FORK_TIMEOUT, FORK_BYTES)
             if (
                 type(reply) is not list
                 or len(reply) != 2
@@ -146,7 +153,7 @@ class Warden:
             raise Ended("lost") from error
         finally:
             theirs.close()
-        if reply[1] <= 1:
+        if not 1 < reply[1] < MAX_PID:
             raise Ended("lost")
         return Holder(reply[1], ours)
 
@@ -176,7 +183,7 @@ class Warden:
         poll.register(holder.channel.fileno(), select.POLLIN)
         while True:
             if poll.poll(TICK * 1000):
-                return holder.channel.receive_frame(max(TICK, deadline - time.monotonic()))
+                return holder.channel.receive_frame(max(TICK, deadline - time.monotonic()), ANSWER_BYTES)
             used = limits_.process_cpu(holder.pid)
             if used is not None and used > cpu_end:
                 raise Ended("cpu")
@@ -312,17 +319,31 @@ def snapshot(folder: Path) -> dict[str, tuple[int, Any]] | None:
             key = str(path.relative_to(folder))
             with contextlib.suppress(OSError):
                 status = path.lstat()
-                mode = status.st_mode & 0o777
-                if path.is_symlink():
+                mode = stat.S_IMODE(status.st_mode) & 0o777
+                if stat.S_ISLNK(status.st_mode):
                     found[key] = (-1, str(path.readlink()))
-                elif path.is_dir():
+                elif stat.S_ISDIR(status.st_mode):
                     found[key] = (mode, None)
-                elif path.is_file():
-                    size += status.st_size
-                    if size > SNAPSHOT_BYTES:
+                elif stat.S_ISREG(status.st_mode):
+                    content = read_file(path, SNAPSHOT_BYTES - size)
+                    if content is None:
                         return None
-                    found[key] = (mode, path.read_bytes())
+                    size += len(content)
+                    found[key] = (mode, content)
     return found
+
+
+def read_file(path: Path, most: int) -> bytes | None:
+    """Return the content of a file, None if it is more than so many bytes.
+
+    A process of the submission may put something else into its place meanwhile, or let it grow: what is read is
+    bounded, no link at its place is followed, and what is no file raises OSError.
+    """
+    with os.fdopen(os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK), "rb") as file:
+        if not stat.S_ISREG(os.fstat(file.fileno()).st_mode):
+            raise OSError(errno.EINVAL, "not a file")
+        content = file.read(most + 1)
+    return content if len(content) <= most else None
 
 
 def restore(folder: Path, files: dict[str, tuple[int, Any]] | None) -> None:

@@ -173,11 +173,11 @@ def build_notebook():
 
 @pytest.fixture
 def execute(sandbox):
-    """Execute notebooks of cells ``(role, source)`` in the shared sandbox."""
+    """Execute notebooks of cells ``(role, source)`` in the shared sandbox; `gone` are cells that were deleted."""
 
-    def run(*cells, limits=LIMITS, files=None):
+    def run(*cells, limits=LIMITS, files=None, gone=None, layout=None):
         notebook, release = build(cells)
-        Execution(notebook, release, sandbox, limits, files or {}).run()
+        Execution(notebook, release | (gone or {}), sandbox, limits, files or {}, layout=layout).run()
         nbformat.validate(notebook)
         return Run([cell for cell in notebook.cells if cell.cell_type == "code"], cells)
 

@@ -82,7 +82,18 @@ def test_magics_are_no_error():
 
 
 @pytest.mark.parametrize(
-    "source", ["def f(:", "x = 'open", "\0", "(" * 5000, "a = " + "-" * 100_000 + "1", "é" * 3 + "\ud800", ""]
+    "source",
+    [
+        "def f(:",
+        "x = 'open",
+        "\0",
+        "(" * 5000,
+        "a = " + "-" * 100_000 + "1",
+        "é" * 3 + "\ud800",
+        "",
+        "a;" * 100_001,
+        "%time 1\n" * 51,
+    ],
 )
 def test_what_does_not_parse_has_no_names(source):
     """Broken, hostile or empty source has no names and raises nothing."""

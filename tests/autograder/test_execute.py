@@ -8,7 +8,7 @@ from dataclasses import replace
 
 import pytest
 
-from autograder.execute import read_folder
+from autograder.isolated import read_folder
 
 SQUARES = "def squares(n):\n    return [i ** 2 for i in range(1, n + 1)]"
 STUB = "def squares(n):\n    ..."

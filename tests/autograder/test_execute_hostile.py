@@ -4,7 +4,13 @@
 
 from __future__ import annotations
 
+import sys
+import time
+from dataclasses import replace
+
 import pytest
+
+from autograder import outputs
 
 
 @pytest.mark.parametrize(
@@ -141,7 +147,7 @@ SECRET = 987654321
             "def f(x):\n    open('kept', 'a').write(str(x)); open('/tmp/kept', 'a').write(str(x))\n"
             "    open('/dev/shm/kept', 'a').write(str(x))\n    return x"
         ),
-        "import mmap\nshared = mmap.mmap(-1, 4096)\ndef f(x):\n    shared[:len(str(x))] = str(x).encode()\n    return x",
+        "import mmap\nfile = open('mapped', 'wb+')\nfile.truncate(4096)\nshared = mmap.mmap(file.fileno(), 4096)\ndef f(x):\n    shared[:len(str(x))] = str(x).encode()\n    return x",
         "import os\nr, w = os.pipe()\nos.set_blocking(r, False)\ndef f(x):\n    os.write(w, str(x).encode())\n    return x",
         (
             "import os, socket\na, b = socket.socketpair()\nb.setblocking(False)\n"
@@ -209,3 +215,43 @@ def test_forged_outputs_are_only_outputs(execute):
         ("test", "f(3)"),
     )
     assert run.scores == [0, 0]
+
+
+@pytest.mark.parametrize("answer", ["{!r}", "[{!r}, 1]", "({!r},)", "np.array([{!r}])"])
+def test_a_symbolic_answer_that_is_text_is_not_run_here(execute, tmp_path, answer):
+    """Text comes to the grader as plain data; what it says is not evaluated there, where the gradebook is in reach."""
+    ran = tmp_path / "ran"
+    attack = f"__import__('pathlib').Path({str(ran)!r}).touch()"
+    run = execute(
+        ("given", "import numpy as np"),
+        ("answer", f"g = {answer.format(attack)}", "g = None"),
+        ("test", "from autograder.remote import evaluate\nassert evaluate(g, {'r': 2.0}) is not None"),
+        ("test", 'from autograder import grade_expression\ngrade_expression("differential_drive.g", g, 2)'),
+    )
+    assert run.scores == [0, 0]
+    assert run.error()[0] == "TypeError"
+    assert not ran.exists()
+
+
+def test_a_submission_does_not_start_programs_of_the_grader(execute):
+    """A name that stands for a module is no request to import whatever is installed where tests run."""
+    answer = "import types\nf = types.ModuleType('unittest.__main__')"
+    run = execute(("answer", answer, "def f(x): ..."), ("test", "f(1)"), ("test", "assert True"))
+    assert run.scores == [0, 2]
+    assert "unittest.__main__" not in sys.modules
+    assert run.error()[0] == "NameError"
+
+
+def test_the_end_of_an_iteration_is_an_error(execute):
+    """A call that raises StopIteration does not end the loop of a test before it has compared anything."""
+    answer = ("answer", "def f(x):\n    raise StopIteration", "def f(x): ...")
+    test = "for got, right in zip(map(f, [1, 2]), [1, 4]):\n    assert got == right"
+    assert execute(answer, ("test", test)).scores == [0]
+
+
+def test_cleaning_that_takes_too_long_is_left_to_a_person(execute, limits, monkeypatch):
+    """Where what a cell shows keeps the grader busy for ever, its tests wait for a person, each with the reason."""
+    monkeypatch.setattr(outputs, "clean", lambda _: time.sleep(60))
+    short = replace(limits, notebook_cpu=0.2, wall_factor=1.0, wall_extra=1.0)
+    run = execute(("answer", "f = 1", "f = 0"), ("test", "assert f"), limits=short)
+    assert run.flags == ["the test itself did not come to an end"]

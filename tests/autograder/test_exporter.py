@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import threading
+from html import unescape
 
 import nbformat
 import pytest
@@ -16,6 +17,7 @@ from nbgrader.coursedir import CourseDirectory
 
 from autograder.exporter import Feedback, FeedbackExporter, highlight
 from autograder.feedback import LeakFreeFeedback
+from autograder.outputs import MAX_TAGS
 from autograder.sanitize import clean_html, markdown2html, remembered
 
 PIXEL = "iVBORw0KGgoAAAANSUhEUgAAAAEAAAABCAYAAAAfFcSJAAAADUlEQVR42mNk+M9QDwADhgGAWjR9awAAAABJRU5ErkJggg=="
@@ -119,3 +121,29 @@ def test_feedback_in_a_server_is_written_by_one_process(feedback, monkeypatch):
     stop.set()
     thread.join()
     assert written() == {name: [str(os.getpid())] for name in "ab"}
+
+
+@pytest.mark.parametrize(
+    "source", ["![a](attachment:gone.png)", "![a](attachment:)", "![](attachment:a.png) ![](attachment:b)"]
+)
+def test_a_picture_that_is_missing_costs_no_page(source):
+    """Nbconvert gives up the page of a student, or of a class, for an attachment that is not there."""
+    html = markdown2html({"cell": {"attachments": {"a.png": {"image/png": PIXEL}}}}, source)
+    assert "<img" in html
+    assert html.count(PIXEL) == source.count("a.png")  # and one that is there is shown
+    assert "<img" in markdown2html({}, source)
+
+
+def test_markdown_that_takes_long_is_shown_as_it_is():
+    """Very much markup is not read as such."""
+    html = markdown2html({}, "<b>" * (MAX_TAGS + 1))
+    assert html.startswith("<pre>&lt;b&gt;")
+
+
+def test_formulas_in_markdown_do_not_reach_out():
+    """Entities are no way to write a command that reaches out of a formula."""
+    for source in (
+        r"$\href{javascript:f()}{x}$",
+        "<div>&#36;&#92;href{javascript:f()}{x}$ $\\&#104;ref{x}$</div>",
+    ):
+        assert "\\href" not in unescape(markdown2html({}, source))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import datetime as dt
+import resource
 import struct
 import subprocess
 import sys
@@ -127,3 +128,33 @@ def test_announced_lengths_take_no_memory():
     *refused, grown = done.stdout.split()
     assert refused == ["refused"] * 8
     assert int(grown) < 100_000  # kilobytes
+
+
+def test_a_small_frame_does_not_unfold_into_gigabytes():
+    """Items are counted before one takes memory: in a frame of many empty dicts they would take 72 bytes each."""
+    row = b"\xdd" + struct.pack(">I", 1_000_000) + b"\x80" * 1_000_000
+    body = b"\xdd" + struct.pack(">I", 40) + row * 40
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    with pytest.raises(wire.WireError, match="items"):
+        frames.unpack(body)
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 200_000  # kB
+
+
+@QUICK
+@given(MESSAGES)
+def test_items_are_counted_as_they_are(message):
+    """The count that comes before is that of the items that come out."""
+
+    def items(value):
+        if isinstance(value, list):
+            return 1 + sum(map(items, value))
+        return 1 + sum(1 + items(one) for one in value.values()) if isinstance(value, dict) else 1
+
+    body = frames.pack(message)[4:]
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(frames, "SMALL", 0)
+        patch.setattr(wire, "MAX_ITEMS", items(message))
+        assert frames.unpack(body) == message
+        patch.setattr(wire, "MAX_ITEMS", items(message) - 1)
+        with pytest.raises(wire.WireError):
+            frames.unpack(body)

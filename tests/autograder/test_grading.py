@@ -255,3 +255,26 @@ def test_recorder_hands_out_what_it_was_given():
     assert given.tolist() == [7.0, 7.0]
     with pytest.raises(CallError, match="the call raised TypeError"):
         recorder()
+
+
+def test_kinds_of_errors_tell_little():
+    """The first kind of error is named, if an honest mistake raises it; another one after it could be a code."""
+    kinds = iter([TypeError, ValueError, BlockingIOError, TypeError])
+
+    def function():
+        raise next(kinds)
+
+    recorder = Recorder(function)
+    said = []
+    for _ in range(4):
+        with pytest.raises(CallError) as error:
+            recorder()
+        said.append(str(error.value))
+    assert [text.partition(" (line")[0] for text in said] == [
+        "the call raised TypeError",
+        "the call raised another error than the first one",
+        "the call raised another error than the first one",
+        "the call raised TypeError",
+    ]
+    with pytest.raises(CallError, match="a type of its own"):
+        Recorder(lambda: (_ for _ in ()).throw(BlockingIOError))()

@@ -181,13 +181,18 @@ def test_output_goes_to_a_file(course, grades, tmp_path, monkeypatch, capsys):
 
 
 def test_flagged_cell_has_no_score_and_says_why(grades):
-    """What the grader could not judge is null, never 0, and the reason is there in every form."""
+    """What the grader could not judge is null, never 0; the reason is there, but not where students read it."""
     cell = replace(
         grades[0].cells[0], score=None, report="GraderError: x", flagged="the test itself is faulty"
     )
     grade = replace(grades[0], cells=(cell, *grades[0].cells[1:]))
     assert (grade.score, grade.points, grade.waiting) == (3, 3, 7)
-    assert "person will look at it: the test itself is faulty" in command.as_text([grade])
+    assert "person will look at it. The reason: the test itself is faulty" in command.as_text([grade])
+    assert "faulty" not in command.as_gradescope([grade])
+    assert (
+        json.loads(command.as_json([grade]))["notebooks"][0]["cells"][0]["flagged"]
+        == "the test itself is faulty"
+    )
     assert json.loads(command.as_json([grade]))["notebooks"][0]["cells"][0]["score"] is None
     assert "score" not in json.loads(command.as_gradescope([grade]))["tests"][0]
 

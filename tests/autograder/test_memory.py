@@ -2,38 +2,31 @@
 
 from __future__ import annotations
 
+import os
 import time
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from autograder.memory import EVERY, at_most, descendants, share
+from autograder.memory import EVERY, LOWEST, at_most, descendants, share
 from autograder.session import REASONS, Session
 
 MEGA = 1_000_000
 BOUND = 450 * MEGA  # of which the warm sandbox itself takes some 130
 CROWD = """
-import mmap, os, time
-def crowd(count, size, make=lambda size: bytearray(b"x") * size):
+import os, time
+def crowd(count, size):
     found = []
     for _ in range(count):
         if (pid := os.fork()) == 0:
-            kept = make(size)
+            kept = bytearray(b"x") * size
             time.sleep(3)
             os._exit(0)
         found.append(pid)
     print([os.waitpid(pid, 0)[1] for pid in found])
-def mapped(size):
-    shared = mmap.mmap(-1, size)
-    for _ in range(size // 10**6):
-        shared.write(b"x" * 10**6)
-    return shared
 """
-HOGS = {
-    "many processes": "crowd(8, 80 * 10**6)",
-    "memory that is mapped as shared": "crowd(8, 80 * 10**6, mapped)",
-}
+HOG = "crowd(8, 80 * 10**6)"
 KILLED = 9
 
 
@@ -57,11 +50,10 @@ def shown(result):
     return "".join(o["text"] for o in result.outputs if o["output_type"] == "stream")
 
 
-@pytest.mark.parametrize("hog", HOGS)
-def test_processes_together_are_bounded(opened, hog):
+def test_processes_together_are_bounded(opened):
     """As many of a crowd end as it takes, each of which is within its own limit, and the notebook goes on."""
     session = opened()
-    ends = eval(shown(session.cell(HOGS[hog])))  # noqa: S307  (a list of numbers)
+    ends = eval(shown(session.cell(HOG)))  # noqa: S307  (a list of numbers)
     assert 0 < ends.count(KILLED) < len(ends)
     assert session.watch.ended >= ends.count(KILLED)
     assert shown(session.cell("print('on')")) == "on\n"
@@ -70,7 +62,7 @@ def test_processes_together_are_bounded(opened, hog):
 def test_without_the_bound_the_crowd_has_it_all(opened):
     """The same crowd under a bound that is large enough ends in peace."""
     session = opened(4000 * MEGA)
-    assert shown(session.cell(HOGS["many processes"])) == f"{[0] * 8}\n"
+    assert shown(session.cell(HOG)) == f"{[0] * 8}\n"
     assert session.watch.ended == 0
 
 
@@ -121,3 +113,26 @@ def test_the_kernel_takes_from_the_sandbox_first(opened):
     below = descendants(session.sandbox.process.pid)
     assert len(below) > 3
     assert {Path(f"/proc/{pid}/oom_score_adj").read_text(encoding="ascii") for pid in below} == {"1000\n"}
+
+
+SPIN = """
+import os, time
+def spin(seconds=4):
+    end = time.monotonic() + seconds
+    while time.monotonic() < end: pass
+pids = []
+for _ in range(12):
+    if (pid := os.fork()) == 0:
+        spin()
+        os._exit(0)
+    pids.append(pid)
+time.sleep(1.5)
+print({os.getpriority(os.PRIO_PROCESS, pid) for pid in pids})
+"""
+
+
+def test_a_crowd_that_computes_gives_way(opened):
+    """Many processes that compute at a time have the lowest priority soon; one that computes alone keeps its own."""
+    alone = f"{SPIN.partition('pids')[0]}spin(1)\nprint(os.getpriority(os.PRIO_PROCESS, 0))"
+    assert shown(opened().cell(alone)) == f"{os.getpriority(os.PRIO_PROCESS, 0)}\n"
+    assert shown(opened().cell(SPIN)) == f"{{{LOWEST}}}\n"

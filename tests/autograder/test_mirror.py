@@ -6,6 +6,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import sys
 
 import numpy as np
 import pytest
@@ -230,9 +231,13 @@ def test_an_object_goes_with_its_process():
 
 
 def test_modules_that_a_test_may_use():
-    """A module is the grader's own import; what is not installed, and the grader's own packages, are none."""
-    assert import_for_test("math") is math
-    assert import_for_test("numpy.linalg") is np.linalg
+    """A module is the grader's own import; programs, what the sandbox lacks, and the grader's own packages are none."""
+    packages = {"numpy", "autograder", "roboloc_reference", "tests", "IPython"}
+    assert import_for_test("math", packages) is math
+    assert import_for_test("numpy.linalg", packages) is np.linalg
+    assert import_for_test("numpy.linalg", {"scipy"}) is _GONE
     for name in ("autograder", "autograder.remote", "roboloc_reference", "roboloc_reference.motion", "no_such", "this",
-                 "antigravity", "", "__main__", "numpy.no_such", "tests", "conftest"):  # fmt: skip
-        assert import_for_test(name) is _GONE
+                 "antigravity", "", "__main__", "numpy.no_such", "tests", "conftest", "unittest.__main__", "IPython.__main__", "jupyterlab_server",
+                 "numpy.tests", "numpy._core", "test.autotest"):  # fmt: skip
+        assert import_for_test(name, packages) is _GONE
+    assert "unittest.__main__" not in sys.modules

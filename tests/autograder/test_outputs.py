@@ -5,6 +5,8 @@
 from __future__ import annotations
 
 import base64
+import re
+from html import unescape
 
 import nbformat
 import pytest
@@ -12,7 +14,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from nbformat.v4 import new_code_cell, new_notebook
 
-from autograder.outputs import clean, error
+from autograder.outputs import MAX_TAGS, TAG, clean, error, weight
 
 PNG = base64.b64encode(b"\x89PNG\r\n\x1a\n" + bytes(20)).decode()
 JPEG = base64.b64encode(b"\xff\xd8\xff" + bytes(20)).decode()
@@ -155,3 +157,29 @@ def test_error():
     made = error("ProcessDied", "it ended its own process")
     assert (made.ename, made.evalue) == ("ProcessDied", "it ended its own process")
     assert is_valid([made])
+
+
+def test_markup_that_takes_long_to_clean_is_left_out():
+    """To clean nested tags takes the square of their number: of very many, the text beside them is kept alone."""
+    many = "<b>" * (MAX_TAGS + 1)
+    data = {"text/html": many, "text/plain": "x"}
+    (kept,) = clean([{"output_type": "display_data", "data": data}])
+    assert kept.data == {"text/plain": "x"}
+    assert weight([{"data": data}]) > TAG * MAX_TAGS
+
+
+@pytest.mark.parametrize(
+    "html", [r"$\href{javascript:f()}{x}$", r"$\<i></i>href{x}$", r"$&#92;require{HTML}$"]
+)
+def test_formulas_in_markup_do_not_reach_out(html):
+    """A page's formulas are read after its markup: commands that reach out lose their backslash, however it is written."""
+    assert not re.search(r"\\(href|require)", unescape(shown("text/html", f"<p>{html}</p>")))
+
+
+def test_outputs_of_a_notebook_are_bounded_together(execute):
+    """What comes after the bound is not kept, and says so; tests are not touched."""
+    show = "from IPython.display import HTML, display\nfor _ in range(10): display(HTML('x' * 2_000_000))"
+    run = execute(("plain", show), ("plain", show), ("plain", "print('after')"), ("test", "assert True"))
+    assert [len(cell.outputs) for cell in run.cells] == [10, 1, 1, 0]
+    assert [cell.outputs[0].get("ename") for cell in run.cells[1:3]] == ["OutputError"] * 2
+    assert run.scores == [2]

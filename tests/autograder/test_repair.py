@@ -277,3 +277,20 @@ def test_put_back_after_code_that_stands_for_a_deleted_answer():
     sources = [c.source for c in notebook.cells]
     assert sources.index("assert f(3) == 9") > sources.index("def f(x): return x * x")
     assert names(notebook) == ["given", "test", "essay", "test-2"]
+
+
+def test_pictures_of_the_instructors_stay():
+    """The gradebook has no attachments: those of a locked cell are the ones that came back with it."""
+    locked = {"cell_type": "markdown", "source": "x", "metadata": {"nbgrader": {"grade_id": "look"}}}
+    locked["attachments"] = {"map.png": {"image/png": "iVBORw0K"}}
+    released = Released("look", "markdown", "![](attachment:map.png)", "", True, False, False, False, 0.0)
+    (mended,) = repair({"cells": [locked]}, [released]).cells
+    assert mended.source == released.source
+    assert mended.attachments == locked["attachments"]
+
+
+def test_a_mark_of_the_byte_order_is_no_fault(tmp_path):
+    """Some editors put one at the beginning of a file."""
+    path = tmp_path / "x.ipynb"
+    path.write_text('{"cells": [], "nbformat": 4}', encoding="utf-8-sig")
+    assert read_submission(path)[1] == ""

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import os
 import time
 from pathlib import Path
 
@@ -11,6 +12,7 @@ import pytest
 from autograder import sandbox as sandbox_
 from autograder.sandbox import Sandbox
 from autograder.session import Session
+from autograder.worker.warden import read_file, snapshot
 
 
 def owned_by(uid):
@@ -161,3 +163,18 @@ def test_end_of_the_sandbox_ends_everything(limits):
     while any((Path("/proc") / str(pid)).exists() for pid in inside) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert [pid for pid in inside if (Path("/proc") / str(pid)).exists()] == []
+
+
+def test_a_snapshot_reads_files_alone_and_no_more_than_it_may(tmp_path):
+    """The warden, which no limit holds, follows no link, waits for no pipe, and stops at its bound."""
+    (tmp_path / "file").write_bytes(b"x" * 100)
+    (tmp_path / "link").symlink_to("/dev/zero")
+    (tmp_path / "loop").symlink_to("file")
+    os.mkfifo(tmp_path / "pipe")
+    assert read_file(tmp_path / "file", 100) == b"x" * 100
+    assert read_file(tmp_path / "file", 99) is None
+    for name in ("link", "loop", "pipe", "gone", "."):
+        with pytest.raises(OSError, match="Errno"):
+            read_file(tmp_path / name, 100)
+    assert snapshot(tmp_path)["file"] == (0o644, b"x" * 100)
+    assert snapshot(tmp_path)["link"] == (-1, "/dev/zero")

@@ -124,7 +124,7 @@ def test_arguments_in_memory_and_calls_of_newer_kernels_are_unknown(inside):
 
 MACHINE_CODE = """
 import ctypes, mmap, os
-memory = mmap.mmap(-1, 4096, prot=7)
+memory = mmap.mmap(-1, 4096, flags=mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS, prot=7)
 memory.write(b"\\x53\\xb8\\x14\\x00\\x00\\x00\\xcd\\x80\\x5b\\xc3")  # push rbx; eax = 20; int 0x80; pop rbx; ret
 pid = os.fork()
 if pid == 0:
@@ -248,3 +248,33 @@ def test_a_filter_that_refuses_nothing_is_noticed():
     assert "does not follow" in barrier.refusal(struct.pack("=HBBI", 0x06, 0, 0, 0x7FFF0000))
     assert barrier.refusal(system_calls.program()) == ""
     assert "ends at once" in barrier.refusal(struct.pack("=HBBI", 0x06, 0, 0, 0x80000000))
+
+
+UNCOUNTED = """
+import mmap, os, socket
+def error(call, *args):
+    try:
+        call(*args)
+    except OSError as e:
+        return e.errno
+    return 0
+a, b = socket.socketpair()
+print([
+    error(mmap.mmap, -1, 4096), error(mmap.mmap, -1, 4096, mmap.MAP_PRIVATE | mmap.MAP_ANONYMOUS),
+    error(os.open, "/dev/zero", os.O_RDWR), error(a.setsockopt, socket.SOL_SOCKET, socket.SO_SNDBUF, 1 << 20),
+])
+"""
+
+
+def test_memory_that_no_limit_counts_is_refused(inside):
+    """Shared memory of no file, and larger buffers of sockets, are refused; memory of one's own is not."""
+    assert inside(UNCOUNTED) == f"[{EPERM}, 0, 13, {EPERM}]\n"
+    assert inside(UNCOUNTED, filtered=False) == "[0, 0, 13, 0]\n"
+
+
+def test_a_session_of_its_own_is_none(inside):
+    """Leaving the session succeeds and does nothing: each session would have a share of the processors of its own."""
+    source = "import os\nif (pid := os.fork()) == 0:\n    before = os.getsid(0)\n    os.setsid()\n"
+    source += "    os._exit(os.getsid(0) == before)\nprint(os.waitstatus_to_exitcode(os.waitpid(pid, 0)[1]))"
+    assert inside(source) == "1\n"
+    assert inside(source, filtered=False) == "0\n"

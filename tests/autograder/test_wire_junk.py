@@ -179,3 +179,13 @@ def test_an_array_that_announces_much_takes_little():
         assert tracemalloc.get_traced_memory()[1] < 1_000_000
     finally:
         tracemalloc.stop()
+
+
+def test_numbers_and_dtypes_that_could_not_go_back_are_refused():
+    """What is read can be written again: no integer is too long for that; and text of a dtype is never Python."""
+    with pytest.raises(wire.WireError, match="100000"):
+        wire.decode([5, hex(1 << 110_000)])
+    assert wire.decode(wire.encode(1 << 99_999)) == 1 << 99_999
+    for text in ("f4,(1 2)f4", "<f8 ", "m8[generic]", "f8\n", "(1).__class__"):
+        with pytest.raises(wire.WireError):
+            wire.decode([7, text, [1], "C", True, bytes(8)])
