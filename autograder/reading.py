@@ -39,7 +39,7 @@ _MODULES = tuple(
         "numpy", "scipy", "math", "cmath", "matplotlib", "mpl_toolkits", "roboloc", "ipywidgets", "IPython.display",
         "itertools", "functools", "operator", "collections", "dataclasses", "typing", "enum", "copy", "random",
         "statistics", "time", "datetime", "string", "re", "warnings", "fractions", "heapq", "bisect", "abc", "numbers",
-        "textwrap", "pprint", "contextlib", "os", "sys", "__future__",
+        "textwrap", "pprint", "contextlib", "os", "sys", "__future__", "autograder",
     )
 )  # fmt: skip
 _MAGICS = frozenset(
