@@ -217,15 +217,18 @@ class Execution:
         if any(output.get("ename") == "GraderError" for output in cell.node.outputs):
             fault = fault or _ENDLESS  # IPython catches what the alarm raises
         if not fault and failed and (names := self.redefined(index, cell)):
-            fault = f"the submission gives {', '.join(names)} another value than the given cell, which the test used"
+            cells = "a given cell or an earlier test"
+            fault = f"the submission gives {', '.join(names)} another value than {cells}, which the test used"
         if fault:
             _flag(cell.node, fault)
 
     def redefined(self, index: int, cell: Cell) -> list[str]:
-        """Return given data that the test reads and the submission assigns anew."""
+        """Return data of given cells and earlier tests that the test reads and the submission assigns anew."""
         given = {
             name for i in self.given_run if self.precedes(i, index) for name in self.cells[i].names.stores
         }
+        tests = (c.names.stores for c in self.cells[:index] if c.role == "test")
+        given |= frozenset().union(*tests) - cell.names.stores
         own = frozenset().union(
             *(c.names.stores for c in self.cells[:index] if c.role in ("plain", "answer"))
         )

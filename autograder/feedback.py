@@ -65,8 +65,10 @@ def _shown(output: Any, names: frozenset[str]) -> Any:
     """Return what a student sees of a hidden test's output: reports, scores, and which error it was."""
     if output.output_type == "stream":
         return None
-    if output.output_type != "error" or output.ename in _OWN:
+    if output.output_type != "error":
         return output
+    if output.ename in _OWN:
+        return error(output.ename, output.evalue)  # without the lines of the test that stand around the call
     if output.ename == _FLAGGED:
         return error(_FLAGGED, "a person will look at this cell")
     # A submission can raise a NameError with a hidden input in the place of the name: only the test's own are shown.

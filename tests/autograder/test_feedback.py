@@ -83,7 +83,7 @@ def test_what_a_student_may_know():
         new_output("display_data", data={"text/plain": "9 of 10 checks passed"}),
         new_output("execute_result", data={"text/plain": "9.0"}, execution_count=1),
         failure("NameError", "name 'f' is not defined"),
-        new_output("error", ename="ProcessDied", evalue="it ended its own process", traceback=["x"]),
+        new_output("error", ename="ProcessDied", evalue="it ended its own process", traceback=[HIDDEN]),
     ]
     cell = shown(HIDDEN, outputs).cells[0]
     assert [o.output_type for o in cell.outputs] == ["display_data", "execute_result", "error", "error"]

@@ -102,3 +102,24 @@ def test_layout_of_a_file_and_of_a_record(tmp_path):
         encoding="utf-8",
     )
     assert read_layout(path, ["a"]) == Layout(("q",), ("import a\nimport b",))
+
+
+@pytest.mark.parametrize(
+    ("later", "test"),
+    [("result = 15", "assert result == 15"), ("def result(): return 1", "assert result() == 1")],
+)
+def test_an_answer_by_a_name_of_an_earlier_test_is_for_a_person(execute, later, test):
+    """A test's own variables are its own, so an answer of that name is not seen: a right one is not graded zero."""
+    first = ("test", "result = 8\nassert result == 8")
+    run = execute(("plain", "x = 1"), first, ("plain", later), ("test", test))
+    assert run.flags[0] == ""
+    assert "result" in run.flags[1]
+    assert execute(("plain", "x = 1"), first, ("plain", "x = 2"), ("test", test)).flags == ["", ""]
+
+
+def test_a_file_beside_the_notebook_can_be_imported(execute):
+    """As in Jupyter, without a change to the path; but it takes no library's place."""
+    files = dict.fromkeys(("helpers.py", "select.py", "numpy.py"), (b"def double(x): return 2 * x", 420))
+    own = "from helpers import double\nimport numpy, select\ndef f(x): return double(x) + numpy.zeros(1)[0]"
+    run = execute(("answer", own, "def f(x): ..."), ("test", "assert f(2) == 4"), files=files)
+    assert run.scores == [2], run.error()
