@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
 TICK = 0.05
 FORK_TIMEOUT = 20.0
+GOING_SECONDS = 5.0  # that many ended processes may take to be gone
 MAX_PID = 1 << 22  # the kernel's own bound
 FORK_BYTES = 64  # of the answer to a fork, which is a word and a number
 ANSWER_BYTES = frames.MAX_FRAME - 1024  # of a state's, which goes on to the grader in a frame with more in it
@@ -197,6 +198,18 @@ class Warden:
             while os.waitpid(-1, os.WNOHANG)[0]:
                 pass
 
+    def see_off(self, group: int, descriptor: int) -> None:
+        """Wait a while until an ended state and its children are gone: they count among the notebook's processes."""
+        import select  # noqa: PLC0415
+
+        end = time.monotonic() + GOING_SECONDS
+        select.select([descriptor], [], [], GOING_SECONDS)
+        os.close(descriptor)
+        with contextlib.suppress(ChildProcessError):  # there is none left, each has become a child of this process
+            while time.monotonic() < end:
+                if os.waitpid(-group, os.WNOHANG)[0] == 0:
+                    time.sleep(TICK / 10)
+
     # requests of the grader
 
     def do_files(self, name: str, content: bytes, mode: int) -> list:
@@ -235,7 +248,12 @@ class Warden:
 
     def go_back(self) -> None:
         """Make the state before a cell that did not end: the kept one, and again what ran well since."""
+        descriptor = None
+        with contextlib.suppress(OSError):
+            descriptor = os.pidfd_open(self.top.pid)
         self.top.end()
+        if descriptor is not None:
+            self.see_off(self.top.pid, descriptor)
         if self.kept is None:
             raise Ended("lost")
         self.top = self.fork(self.kept)

@@ -47,7 +47,7 @@ print([n for p in ("/tmp", "/dev/shm", ".", os.path.expanduser("~")) for n in os
 print("POISONED" in dir(builtins) or hasattr(np, "POISONED"), math.pi > 3.1, "/tmp" in sys.path, np.array([1])[0])
 """
 LIMITS = {
-    "call_cpu": 0.4, "cell_cpu": 0.6, "notebook_cpu": 4.0, "wall_factor": 2.0, "wall_extra": 3.0, "memory": 2 * 1024**3,
+    "call_cpu": 0.4, "cell_cpu": 0.6, "notebook_cpu": 8.0, "wall_factor": 2.0, "wall_extra": 5.0, "memory": 2 * 1024**3,
     "notebook_memory": 1024**3, "processes": 40, "file_size": 4 * 1024**2, "disk": 16 * 1024**2,
 }  # fmt: skip
 STOCK = 'c = get_config()\nc.CourseDirectory.db_url = "sqlite:///gradebook.db"\nc.ExecutePreprocessor.timeout = 10\n'

@@ -5,13 +5,14 @@ from __future__ import annotations
 import contextlib
 import os
 import time
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from autograder import sandbox as sandbox_
 from autograder.sandbox import Sandbox
-from autograder.session import Session
+from autograder.session import CellResult, Session
 from autograder.worker.warden import read_file, snapshot
 
 
@@ -75,6 +76,22 @@ def test_no_process_is_left(sandbox, limits):
     while (alive := living(below(sandbox.process.pid) - before)) and time.monotonic() < deadline:
         time.sleep(0.05)
     assert alive == set()
+
+
+CROWDED = """
+import os, time
+for _ in range(30):
+    if os.fork() == 0:
+        time.sleep(1000)
+time.sleep(1000)
+"""
+
+
+def test_a_second_trial_finds_the_processes_of_the_first_gone(sandbox, limits):
+    """A cell that overran is run once more when all it started is dead, so that its forks do not fail then."""
+    few = replace(limits, processes=40, cell_cpu=10.0, wall_factor=0.0, wall_extra=3.0)
+    with contextlib.closing(Session(sandbox, few)) as session:
+        assert session.cell(CROWDED) == CellResult(ended="wall")
 
 
 SPOIL = """
