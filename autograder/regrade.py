@@ -9,9 +9,8 @@ is left.
 from __future__ import annotations
 
 import json
-import os
 from collections import Counter
-from contextlib import contextmanager
+from contextlib import chdir, contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -184,13 +183,9 @@ def _course(root: Path) -> Iterator[NbGraderAPI]:
     config = course_config(root)
     directory = config.CourseDirectory
     directory.setdefault("root", str(root))
-    here = Path.cwd()
-    os.chdir(root)  # an address such as sqlite:///gradebook.db counts from there, as for nbgrader's commands
-    try:
-        with quiet(NbGraderAPI(config=config)) as api:
-            yield api
-    finally:
-        os.chdir(here)
+    # An address such as sqlite:///gradebook.db counts from there, as for nbgrader's commands.
+    with chdir(root), quiet(NbGraderAPI(config=config)) as api:
+        yield api
 
 
 def _scores(api: NbGraderAPI, assignment: str) -> dict[tuple[str, str], float]:

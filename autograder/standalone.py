@@ -155,10 +155,11 @@ def grade_files(
     nbgrader.converters.base.NbGraderException
         If the grader could not do its work: no sandbox, a faulty assignment.
     """
-    config = course_config(root or course_root())
+    root = root or course_root()
+    config = course_config(root)
     config.IsolatedExecute.explain = explain
     tasks = find_tasks(files, Path(config.CourseDirectory.source_directory), assignment)
-    with tempfile.TemporaryDirectory(prefix="grade-") as folder, _api(config, Path(folder)) as api:
+    with tempfile.TemporaryDirectory(prefix="grade-") as folder, _api(config, root, Path(folder)) as api:
         for name in sorted({task.assignment for task in tasks}):
             result = api.generate_assignment(name, force=True)
             if not result["success"]:
@@ -178,14 +179,17 @@ def grade_files(
 
 
 @contextmanager
-def _api(config: Config, folder: Path) -> Iterator[NbGraderAPI]:
-    """Give nbgrader with a course of its own in a folder."""
+def _api(config: Config, root: Path, folder: Path) -> Iterator[NbGraderAPI]:
+    """Give nbgrader with a gradebook and submissions of its own in a folder.
+
+    Its working directory is the course's, where it looks for what the configuration names: `autotests.yml`, a header.
+    """
     own = Config()
-    own.CourseDirectory.root = str(folder)
+    own.CourseDirectory.root = str(root.resolve())
     own.CourseDirectory.db_url = f"sqlite:///{folder}/gradebook.db"
     own.CourseDirectory.student_id = "*"
     for kind in ("release", "submitted", "autograded", "feedback"):
-        own.CourseDirectory[f"{kind}_directory"] = kind
+        own.CourseDirectory[f"{kind}_directory"] = str(folder / kind)
     own.ParallelAutograde.create_student = True
     own.ParallelAutograde.progress = False
     config.merge(own)

@@ -1,6 +1,9 @@
 """What a course of nbgrader may use besides tests is as under stock: AUTOTEST, tasks, late penalties, IgnorePattern."""
 
+import json
 import shutil
+import subprocess
+import sys
 from pathlib import Path
 
 import nbformat
@@ -8,7 +11,7 @@ import nbgrader
 import pytest
 from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook
 from nbgrader.api import Gradebook
-from temporary_course import ASSIGNMENT, NOTEBOOK, SQUARE, TWO_LINES, Course, cell, solution
+from temporary_course import ASSIGNMENT, NOTEBOOK, SQUARE, TWO_LINES, Course, cell, environment, solution
 
 TEMPLATES = Path(nbgrader.__file__).parent / "docs" / "source" / "user_guide" / "autotests.yml"
 SETTINGS = """
@@ -42,7 +45,6 @@ def _graded(root, configuration):
     folder = root / "source" / ASSIGNMENT
     folder.mkdir(parents=True)
     (root / "nbgrader_config.py").write_text(configuration)
-    shutil.copy(TEMPLATES, folder)
     shutil.copy(TEMPLATES, root)
     nbformat.write(_source(), folder / f"{NOTEBOOK}.ipynb")
     course = Course(root)
@@ -103,3 +105,19 @@ def test_ignored_pattern_is_not_in_the_graded_notebook(ours):
     """What a course tells nbgrader to ignore on the error stream is in no graded notebook."""
     for student in ANSWERS:
         assert "a line to ignore" not in str([n.get("outputs") for n in ours[0].graded(student).cells])
+
+
+def test_one_notebook_is_graded_with_the_automatic_tests_of_the_course(ours):
+    """Graded on its own, a notebook gets what it got in the class: the course's templates are found."""
+    course, recorded = ours
+    path = str(course.folder("right") / f"{NOTEBOOK}.ipynb")
+    done = subprocess.run(
+        [sys.executable, "-m", "autograder", "grade", path, "--format", "json"],
+        cwd=course.root, env=environment(), capture_output=True, text=True, timeout=180, check=False,
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    (notebook,) = json.loads(done.stdout)["notebooks"]
+    found = {cell["name"]: cell["score"] for cell in notebook["cells"]}
+    wanted = {name: score for name, score, *_ in recorded["right"][2] if name != "task"}
+    assert wanted == {"plain": 2.0, "hashed": 3.0}
+    assert found | wanted == found
