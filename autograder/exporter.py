@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+from pathlib import Path
 from threading import active_count as threads
 from typing import TYPE_CHECKING, Any
 
@@ -21,6 +22,7 @@ from nbgrader.converters.base import NbGraderException
 from traitlets import Integer, default
 
 from .database import one_engine
+from .interrupted import is_interrupted
 from .sanitize import remembered
 
 if TYPE_CHECKING:
@@ -87,7 +89,12 @@ class Feedback(GenerateFeedback):
     def convert_notebooks(self) -> None:
         """Write the feedback of all submissions that need it, each process for its part of the class."""
         jobs = self.jobs or os.cpu_count() or 1
-        names = sorted(self.assignments)
+        names = []
+        for name in sorted(self.assignments):
+            if is_interrupted(Path(name)):
+                self.log.warning("%s is not graded to its end and gets no feedback yet: autograde it", name)
+            else:
+                names.append(name)
         # A fork takes this thread alone along, so a server, which has others, does without.
         if min(jobs, len(names)) < 2 or threads() > 1:
             self._convert(names)

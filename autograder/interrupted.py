@@ -12,6 +12,7 @@ import shutil
 import signal
 import threading
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from nbgrader.api import InvalidEntry
@@ -21,7 +22,6 @@ from .sandbox import SandboxError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
-    from pathlib import Path
 
 MARKER = ".being-graded"
 _NO_ROOM = (errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EROFS)
@@ -132,6 +132,15 @@ def of_the_machine(error: BaseException, folder: Path, gradebook: str) -> str:
         error = error.__context__  # nbgrader takes a full disk for a bad entry
     if isinstance(error, OperationalError):
         return f"the gradebook {gradebook} cannot be used: {error.orig}"
-    if isinstance(error, OSError) and error.errno in _NO_ROOM:
+    if isinstance(error, OSError) and (error.errno in _NO_ROOM or _is_denied(error, folder)):
         return f"{error.filename or folder} cannot be written: {error.strerror}"
     return str(error) if isinstance(error, SandboxError) else ""
+
+
+def _is_denied(error: OSError, folder: Path) -> bool:
+    """Return whether the grader may not write in a folder that is to be its own, or in the ones above."""
+    if not isinstance(error, PermissionError) or error.filename is None:
+        return False
+    path = Path(os.fsdecode(error.filename)).absolute()
+    folder = folder.absolute()
+    return path.is_relative_to(folder) or folder.is_relative_to(path)

@@ -42,12 +42,22 @@ def submitted_at(coursedir: CourseDirectory, folder: str) -> datetime | None:
     """
     try:
         return CourseDirectory.get_existing_timestamp(coursedir, folder)
-    except Exception as error:  # noqa: BLE001  (nbgrader's own way to fail among them: it calls what is not there)
-        wanted = "expected a time such as 2026-12-05 00:30:00 UTC"
+    except Exception:  # noqa: BLE001  (nbgrader's own way to fail among them: it calls what is not there)
+        path = Path(folder, STAMP)
         coursedir.log.warning(
-            "%s: %s, got none (%s): lateness is not known", Path(folder, STAMP), wanted, type(error).__name__
-        )
+            "%s: expected a time such as 2026-12-05 00:30:00 UTC, got %s: it counts as handed in when the gradebook "
+            "says, and where that knows no time, as not late", path, _beginning(path),
+        )  # fmt: skip
         return None
+
+
+def _beginning(path: Path) -> str:
+    """Return how a file begins, for a message."""
+    try:
+        with path.open("rb") as file:
+            return repr(file.read(40).decode(errors="replace"))
+    except OSError as error:
+        return str(error.strerror)
 
 
 def lost_share(

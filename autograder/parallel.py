@@ -15,7 +15,7 @@ import os
 import re
 import sys
 from concurrent.futures import FIRST_COMPLETED, Future, wait
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
@@ -87,6 +87,8 @@ class Submission:
         Processor time that those which are stored took [s].
     state : tuple
         Of its submitted folder when it was read; see `interrupted.state_of`.
+    whole : bool
+        Whether all its notebooks are graded, and what is there of it makes room.
     """
 
     student: str
@@ -95,6 +97,7 @@ class Submission:
     jobs: dict[str, Future[str]] = field(default_factory=dict)
     seconds: float = 0.0
     state: tuple = ()
+    whole: bool = True
 
     @property
     def done(self) -> bool:
@@ -213,10 +216,12 @@ class ParallelAutograde(Autograde):
         except Exception as error:
             gradebook = make_url(self.coursedir.db_url).render_as_string()
             if text := of_the_machine(error, self._folder(submission), gradebook):
-                remove(self._folder(submission))
+                with suppress(OSError):
+                    remove(self._folder(submission))
                 self.log.error("%s", text)  # noqa: TRY400  (nbgrader's command is silent about what it catches)
                 raise NbGraderException(text) from error
-            self.log.exception("grading %s of %s failed", submission.assignment, submission.student)
+            say = self.log.error if isinstance(error, OSError) else self.log.exception
+            say("grading %s of %s failed: %s", submission.assignment, submission.student, error)
             errors.append(submission)
             remove(self._folder(submission))
             self._flag(submission)
@@ -227,8 +232,15 @@ class ParallelAutograde(Autograde):
 
     def init_destination(self, assignment_id: str, student_id: str) -> bool:
         """Return whether to grade a submission; what is there of it is removed so that a kill meanwhile is seen."""
+        folder = Path(os.path.normpath(self._format_dest(assignment_id, student_id)))
+        a_part = self.coursedir.notebook_id != "*" and folder.is_dir()
+        if a_part:
+            begin(folder)
         with replaced("rmtree", lambda path: remove(Path(path))):
-            return super().init_destination(assignment_id, student_id)
+            wanted = super().init_destination(assignment_id, student_id)
+        if a_part and not wanted:
+            (folder / MARKER).unlink()
+        return wanted
 
     def init_assignment(self, assignment_id: str, student_id: str) -> None:
         """Copy the files beside the notebooks; links are not followed."""
@@ -267,7 +279,9 @@ class ParallelAutograde(Autograde):
         """Sanitize a submission and hand its notebooks to the pool; return whether there is anything to do."""
         folder = self._folder(submission)
         name = f"{submission.assignment} of {submission.student}"
+        submission.whole = self.coursedir.notebook_id == "*"
         if is_interrupted(folder):
+            submission.whole = True  # what is there of its other notebooks goes too
             self.log.warning("Grading %s again: the last run was interrupted, or it was replaced", name)
             remove(folder)
         self._sanitizing = True
@@ -281,7 +295,7 @@ class ParallelAutograde(Autograde):
             if not left or state_of(source) == submission.state:
                 break
             self.log.warning("Reading %s again: it was replaced meanwhile", name)
-            if self.coursedir.notebook_id == "*":
+            if submission.whole:
                 remove(folder)
         submission.jobs = {filename: pool.submit(job) for filename, job in jobs.items()}
         return True
@@ -298,7 +312,7 @@ class ParallelAutograde(Autograde):
 
     def _with_missing(self, submission: Submission) -> list[str]:
         """Return a submission's notebooks and those of the assignment that it lacks."""
-        if self.coursedir.notebook_id != "*":
+        if not submission.whole:
             return submission.files
         source = self._format_source(submission.assignment, submission.student)
         with Gradebook(self.coursedir.db_url, self.coursedir.course_id) as gradebook:

@@ -1,9 +1,9 @@
 """Grading again what was graded with other checks, and nothing else: `python -m autograder regrade ASSIGNMENT`.
 
 Every graded notebook says which versions of the release, the checks and the packages it was graded with. Where one of
-them is another one now, the submission is graded again through the ordinary autograding step, and old and new score are
-put side by side. What a person gave is left alone, as nbgrader does. Killed at any moment, the same command does what
-is left.
+them is another one now, the notebook is graded again through the ordinary autograding step, and old and new score are
+put side by side. What a person gave stays, and where the answer is still the same it does not wait for a person again.
+Killed at any moment, the same command does what is left.
 """
 
 from __future__ import annotations
@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any
 
 from nbgrader.api import Gradebook, MissingEntry
 from nbgrader.apps import NbGraderAPI
-from traitlets import List, Unicode
+from traitlets import Dict, List, Unicode
 
+from .interrupted import is_interrupted
 from .parallel import ParallelAutograde
 from .provenance import record
 from .repair import read_release
@@ -28,8 +29,13 @@ from .standalone import CONFIG, UsageError, course_config, quiet
 if TYPE_CHECKING:
     from collections.abc import Iterator
 
+    from nbgrader.coursedir import CourseDirectory
+
+    from .parallel import Submission
+
 WORDS = {"release": "another release", "checks": "other checks", "environment": "other packages"}
 UNKNOWN = "no record"
+INTERRUPTED = "its grading was broken off"
 
 
 @dataclass(frozen=True)
@@ -58,7 +64,7 @@ class Change:
     student, notebook, reason : str
         As in `Stale`.
     before, after : float
-        Its points, a person's included; what waits for a person counts as given so far.
+        Its points, a person's included, less what lateness costs; what waits for a person counts as given so far.
     """
 
     student: str
@@ -69,9 +75,10 @@ class Change:
 
 
 class Regrade(ParallelAutograde):
-    """The autograding step for some students, graded before or not."""
+    """The autograding step for one notebook of some students, graded before or not."""
 
-    students = List(Unicode(), help="Whom to grade again.")
+    students = List(Unicode(), help="Whose notebook to grade again.")
+    marked = Dict(help="The answers that a person has given points for; see `_marked`.")
 
     def init_notebooks(self) -> None:
         """Find the submissions of these students."""
@@ -81,6 +88,17 @@ class Regrade(ParallelAutograde):
             for folder, files in self.assignments.items()
             if self._submission(folder).student in self.students
         }
+
+    def _store_notebook(self, filename: str, submission: Submission) -> None:
+        """Save the grades; answers that are the same still, and have a person's points, do not wait for a person."""
+        super()._store_notebook(filename, submission)
+        one, assignment = Stale(submission.student, Path(filename).stem, ""), submission.assignment
+        with Gradebook(self.coursedir.db_url, self.coursedir.course_id) as gradebook:
+            for at, (text, waits) in _marked(self.coursedir, gradebook, assignment, one).items():
+                if waits and self.marked.get(at) == (text, False):
+                    grade = gradebook.find_grade(at[-1], one.notebook, assignment, one.student)
+                    grade.needs_manual_grade = False
+            gradebook.db.commit()
 
 
 def stale(api: NbGraderAPI, assignment: str) -> list[Stale]:
@@ -119,7 +137,10 @@ def stale(api: NbGraderAPI, assignment: str) -> list[Stale]:
         for student in students:
             folder = directory.format_path(directory.autograded_directory, student, assignment)
             path = Path(folder, f"{name}.ipynb")
-            if path.is_file() and (reason := _reason(path, now)):
+            reason = _reason(path, now) if path.is_file() else ""
+            if is_interrupted(path.parent):
+                reason = INTERRUPTED
+            if reason:
                 found.append(Stale(student, name, reason))
     return sorted(found, key=lambda one: (one.student, one.notebook))
 
@@ -152,7 +173,7 @@ def regrade(
     stale : list of Stale
         What was to be graded again.
     changes : list of Change
-        What became of all notebooks of these submissions; empty after a dry run.
+        What became of it; empty after a dry run.
 
     Raises
     ------
@@ -165,14 +186,22 @@ def regrade(
         todo = stale(api, assignment)
         if dry_run or not todo:
             return todo, []
-        before = _scores(api, assignment)
-        api.coursedir.assignment_id, api.coursedir.student_id = assignment, "*"
-        students = sorted({one.student for one in todo})
-        Regrade(coursedir=api.coursedir, parent=api, force=True, students=students).start()
+        before, marked = _scores(api, assignment), {}
+        with Gradebook(api.coursedir.db_url, api.coursedir.course_id) as gradebook:
+            for one in todo:
+                marked |= _marked(api.coursedir, gradebook, assignment, one)
+        for name in sorted({one.notebook for one in todo}):
+            students = sorted({one.student for one in todo if one.notebook == name})
+            directory = api.coursedir
+            directory.assignment_id, directory.student_id, directory.notebook_id = assignment, "*", name
+            step = Regrade(coursedir=directory, parent=api, force=True, students=students, marked=marked)
+            step.start()
         after = _scores(api, assignment)
-    reasons = {(one.student, one.notebook): one.reason for one in todo}
-    again = [at for at in sorted(before) if at[0] in students]  # a submission is graded as a whole
-    return todo, [Change(*at, reasons.get(at, ""), before[at], after[at]) for at in again]
+    return todo, [
+        Change(one.student, one.notebook, one.reason, before[at], after[at])
+        for one in todo
+        if (at := (one.student, one.notebook)) in before
+    ]
 
 
 @contextmanager
@@ -189,13 +218,38 @@ def _course(root: Path) -> Iterator[NbGraderAPI]:
 
 
 def _scores(api: NbGraderAPI, assignment: str) -> dict[tuple[str, str], float]:
-    """Return the points of each notebook of an assignment, by student and name."""
+    """Return the points of each notebook of an assignment, less what lateness costs, by student and name."""
     with Gradebook(api.coursedir.db_url, api.coursedir.course_id) as gradebook:
         return {
-            (submission.student.id, notebook.name): float(notebook.score)
+            (submission.student.id, notebook.name): float(
+                notebook.score - (notebook.late_submission_penalty or 0)
+            )
             for submission in gradebook.assignment_submissions(assignment)
             for notebook in submission.notebooks
         }
+
+
+def _marked(
+    directory: CourseDirectory, gradebook: Gradebook, assignment: str, one: Stale
+) -> dict[tuple[str, str, str], tuple[str, bool]]:
+    """Return the answers that a person has given points for: text, and whether they wait for a person.
+
+    Test cells are not among them: a test that changes may say something else of the same answer.
+    """
+    folder = directory.format_path(directory.autograded_directory, one.student, assignment)
+    try:
+        cells = json.loads(Path(folder, f"{one.notebook}.ipynb").read_bytes())["cells"]
+        grades = gradebook.find_submission_notebook(one.notebook, assignment, one.student).grades
+    except (OSError, ValueError, KeyError, TypeError, MissingEntry):
+        return {}
+    given = {grade.name: grade for grade in grades if grade.manual_score is not None}
+    found = {}
+    for cell in cells:
+        meta = cell["metadata"].get("nbgrader", {})
+        if (meta.get("solution") or meta.get("task")) and (grade := given.get(meta["grade_id"])):
+            text = "".join(cell["source"])
+            found[one.student, one.notebook, grade.name] = text, bool(grade.needs_manual_grade)
+    return found
 
 
 def as_text(todo: list[Stale], changes: list[Change], *, dry_run: bool) -> str:

@@ -103,7 +103,13 @@ def read_release(db_url: str, assignment: str, notebook: str, order: Sequence[st
 
 
 def read_submission(path: Path) -> tuple[NotebookNode | None, str]:  # noqa: PLR0911  (a return for each fault)
-    """Read a submitted file; return the notebook, or None and why it cannot be read."""
+    """Read a submitted file; return the notebook, or None and why it cannot be read.
+
+    Raises
+    ------
+    OSError
+        If the machine does not let the grader read a file that is there: no fault of the student's.
+    """
     try:
         if path.is_symlink() or path.parent.is_symlink():  # whose reader has rights that who made it has not
             return None, "the file is a link, and links are not followed"
@@ -113,8 +119,10 @@ def read_submission(path: Path) -> tuple[NotebookNode | None, str]:  # noqa: PLR
         notebook = nbformat.reads(json.dumps(raw), as_version=4) if _is_old(raw) else nbformat.from_dict(raw)
     except FileNotFoundError:
         return None, f"no file {path.name} was handed in"
-    except (OSError, UnicodeDecodeError) as error:
+    except (IsADirectoryError, NotADirectoryError, UnicodeDecodeError) as error:
         return None, f"the file cannot be read ({type(error).__name__})"
+    except OSError:
+        raise
     except RecursionError:
         return None, "the file is nested too deeply to be a notebook"
     except json.JSONDecodeError as error:

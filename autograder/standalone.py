@@ -112,8 +112,10 @@ def find_tasks(files: Sequence[str], source: Path, assignment: str = "") -> list
 
 
 def _task(file: str, known: list[Path], *, given: bool) -> Task:
-    if not Path(file).is_file():
-        raise UsageError(f"{file}: expected a notebook, got no such file")
+    try:
+        Path(file).open("rb").close()
+    except OSError as error:
+        raise UsageError(f"{file}: expected a notebook, got {error.strerror}") from None
     fitting = [path for path in known if path.stem == Path(file).stem]
     if not fitting and given and len(known) == 1:
         fitting = known

@@ -205,7 +205,7 @@ class Warden:
         end = time.monotonic() + GOING_SECONDS
         select.select([descriptor], [], [], GOING_SECONDS)
         os.close(descriptor)
-        with contextlib.suppress(ChildProcessError):  # there is none left, each has become a child of this process
+        with contextlib.suppress(ChildProcessError):  # none is left: each had become a child of this process
             while time.monotonic() < end:
                 if os.waitpid(-group, os.WNOHANG)[0] == 0:
                     time.sleep(TICK / 10)

@@ -14,9 +14,11 @@ from nbformat.v4 import new_code_cell, new_markdown_cell, new_notebook, new_outp
 from nbgrader.converters import GenerateFeedback
 from nbgrader.converters.base import NbGraderException
 from nbgrader.coursedir import CourseDirectory
+from temporary_course import ASSIGNMENT, Course
 
 from autograder.exporter import Feedback, FeedbackExporter, highlight
 from autograder.feedback import LeakFreeFeedback
+from autograder.interrupted import begin
 from autograder.outputs import MAX_TAGS
 from autograder.sanitize import clean_html, markdown2html, remembered
 
@@ -107,6 +109,22 @@ def test_feedback_that_fails_is_an_error(feedback, capfd):
         step.convert_notebooks()
     assert {"b", "c"} <= set(written())
     assert "ValueError: bad" in capfd.readouterr().err
+
+
+def test_what_is_graded_half_gets_no_page(tmp_path):
+    """Where grading was broken off, feedback waits for the run that finishes it, and the log says so."""
+    course = Course.create(tmp_path / "course")
+    for student in ("ada", "bob"):
+        course.submit(student)
+    course.grade()
+    begin(course.folder("bob", "autograded"))
+    said = course.nbgrader("generate_feedback", ASSIGNMENT).stderr
+    assert f"{course.folder('bob', 'autograded')} is not graded to its end" in said
+    pages = [course.folder(student, "feedback") / "powers.html" for student in ("ada", "bob")]
+    assert [page.exists() for page in pages] == [True, False]
+    course.grade()
+    course.nbgrader("generate_feedback", ASSIGNMENT)
+    assert pages[1].exists()
 
 
 def test_feedback_in_a_server_is_written_by_one_process(feedback, monkeypatch):

@@ -1,12 +1,14 @@
-"""Ctrl-C ends a run also where Python loses it."""
+"""Ctrl-C ends a run also where Python loses it, and what is no fault of a submission ends it with a line."""
 
+import errno
 import os
 import signal
 import threading
+from pathlib import Path
 
 import pytest
 
-from autograder.interrupted import hearing_ctrl_c
+from autograder.interrupted import hearing_ctrl_c, of_the_machine
 
 
 @pytest.fixture(autouse=True)
@@ -66,3 +68,13 @@ def test_another_handler_and_another_thread_keep_theirs():
     thread.start()
     thread.join()
     assert seen == [signal.default_int_handler]
+
+
+@pytest.mark.parametrize(
+    ("path", "machine"), [("autograded", True), ("autograded/ada/hw/x", True), ("submitted/ada/hw/x", False)]
+)
+def test_a_folder_that_the_grader_may_not_write_is_of_the_machine(path, machine):
+    """Then every submission fails alike, and the run ends with one line; a file that is not to be read is one's own."""
+    error = PermissionError(errno.EACCES, "Permission denied", path)
+    text = of_the_machine(error, Path("autograded", "ada", "hw"), "")
+    assert text == (f"{path} cannot be written: Permission denied" if machine else "")

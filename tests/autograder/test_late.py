@@ -49,5 +49,6 @@ def test_what_is_no_time_is_no_lateness(tmp_path):
     assert rows == dict.fromkeys([*NO_TIMES, "folder", "right"], rows["right"])
     for name in (*NO_TIMES, "folder"):
         assert f"{course.folder(name) / 'timestamp.txt'}: expected a time such as" in said
+    assert "not late" in said
     course.nbgrader("generate_feedback", ASSIGNMENT)
     assert len(list(course.root.glob("feedback/*/powers/powers.html"))) == len(rows)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+import errno
 import json
 import os
 import shutil
 import signal
 import subprocess
+from pathlib import Path
 
 import nbformat
 import pytest
 from nbgrader.converters.base import NbGraderException
 from processes import alive, children, wait_for
-from temporary_course import ASSIGNMENT, GRADED, SQUARE, Course, environment, printed
+from temporary_course import ASSIGNMENT, GRADED, NOTEBOOK, SQUARE, Course, environment, printed
 
 from autograder.interrupted import MARKER
 from autograder.parallel import ParallelAutograde
@@ -225,6 +227,30 @@ def test_failing_submission_touches_nobody(empty, tmp_path, monkeypatch, step):
     monkeypatch.undo()
     course.grade()
     assert course.rows()["bob"] == good
+
+
+def test_what_the_machine_does_not_let_read_waits_for_a_person(empty, tmp_path, monkeypatch, caplog):
+    """A submitted file without the right to read it is no empty submission, and the log has one line of it."""
+    course = empty.copy(tmp_path / "course")
+    for student in ("ada", "bob"):
+        course.submit(student)
+    read = Path.read_text
+
+    def deny_bob(self, *arguments, **options):
+        if self == course.folder("bob") / f"{NOTEBOOK}.ipynb":  # the tests may run as root, who may read all
+            raise PermissionError(errno.EACCES, os.strerror(errno.EACCES), str(self))
+        return read(self, *arguments, **options)
+
+    monkeypatch.setattr(Path, "read_text", deny_bob)
+    with pytest.raises(NbGraderException, match="could not be graded"):
+        course.grade()
+    assert course.rows()["bob"] == dict.fromkeys(GRADED, (None, True))
+    assert course.rows()["ada"]["square-test"] == (2, False)
+    (said,) = [record for record in caplog.records if "Permission denied" in record.getMessage()]
+    assert not said.exc_info
+    monkeypatch.undo()
+    course.grade()
+    assert course.rows()["bob"] == course.rows()["ada"]
 
 
 # ---------------------------------------------------------------- the pool

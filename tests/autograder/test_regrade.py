@@ -1,6 +1,9 @@
 """Grading again after a change: what changed, nothing else, and the scores before and after."""
 
+import contextlib
 import json
+import os
+import shutil
 import subprocess
 import sys
 from pathlib import Path
@@ -12,6 +15,8 @@ from temporary_course import ASSIGNMENT, NOTEBOOK, Course, environment, source_n
 
 from autograder import provenance
 from autograder.__main__ import main
+from autograder.interrupted import MARKER
+from autograder.parallel import ParallelAutograde
 from autograder.regrade import Change, Stale, as_text, regrade
 from autograder.standalone import UsageError
 
@@ -97,11 +102,7 @@ def test_a_changed_test_is_graded_again_and_a_persons_points_stay(course, said):
 
 def test_only_who_was_graded_with_other_checks_is_graded_again(course):
     """One of two has the record of an earlier grader: the other is left alone."""
-    path = course.root / "autograded" / "bob" / ASSIGNMENT / f"{NOTEBOOK}.ipynb"
-    notebook = json.loads(path.read_text(encoding="utf-8"))
-    notebook["metadata"]["grading"]["checks"] = "0123456789ab"
-    path.chmod(0o644)
-    path.write_text(json.dumps(notebook), encoding="utf-8")
+    forget(course, "bob")
     runs = {student: found["run"] for student, found in graded(course).items()}
     todo, changes = regrade(ASSIGNMENT, course.root)
     assert todo == [Stale("bob", NOTEBOOK, "other checks")]
@@ -109,6 +110,88 @@ def test_only_who_was_graded_with_other_checks_is_graded_again(course):
     now = {student: found["run"] for student, found in graded(course).items()}
     assert now["ada"] == runs["ada"]
     assert now["bob"] != runs["bob"]
+
+
+def forget(course, student, notebook=NOTEBOOK):
+    """Let a graded notebook have the record of an earlier grader."""
+    path = course.folder(student, "autograded") / f"{notebook}.ipynb"
+    text = json.loads(path.read_text(encoding="utf-8"))
+    text["metadata"]["grading"]["checks"] = "0123456789ab"
+    path.chmod(0o644)
+    path.write_text(json.dumps(text), encoding="utf-8")
+
+
+def mark(course, student, notebook=NOTEBOOK):
+    """Give a written answer four points, as a person does in the formgrader."""
+    with Gradebook(course.db_url) as gradebook:
+        grade = gradebook.find_grade("why", notebook, ASSIGNMENT, student)
+        grade.manual_score, grade.needs_manual_grade = 4.0, False
+        gradebook.db.commit()
+
+
+def waits(course, student, notebook=NOTEBOOK):
+    """Return points and whether the written answer waits for a person."""
+    with Gradebook(course.db_url) as gradebook:
+        grade = gradebook.find_grade("why", notebook, ASSIGNMENT, student)
+        return grade.manual_score, grade.needs_manual_grade
+
+
+def test_the_other_notebook_of_a_student_is_left_alone(tmp_path):
+    """Of two notebooks the one with an earlier record is graded again, and no marked answer waits afterwards."""
+    course = Course.create(tmp_path / "course")
+    nbformat.write(source_notebook(), course.root / "source" / ASSIGNMENT / "more.ipynb")
+    with course.api() as api:
+        assert api.generate_assignment(ASSIGNMENT, force=True)["success"]
+    course.submit("ada")
+    shutil.copy(course.folder("ada") / f"{NOTEBOOK}.ipynb", course.folder("ada") / "more.ipynb")
+    course.grade()
+    for name in (NOTEBOOK, "more"):
+        mark(course, "ada", name)
+    forget(course, "ada")
+    other = course.folder("ada", "autograded") / "more.ipynb"
+    kept = other.stat().st_mtime_ns
+    assert regrade(ASSIGNMENT, course.root)[1] == [Change("ada", NOTEBOOK, "other checks", 9.0, 9.0)]
+    assert other.stat().st_mtime_ns == kept
+    assert waits(course, "ada") == waits(course, "ada", "more") == (4.0, False)
+    assert not (other.parent / MARKER).exists()
+
+
+def test_an_answer_that_changed_waits_for_a_person_again(course):
+    """What a person marked stays with its points, and where the text is another one the person looks again."""
+    mark(course, "ada")
+    course.submit("ada", why="Because of this.")
+    forget(course, "ada")
+    regrade(ASSIGNMENT, course.root)
+    assert waits(course, "ada") == (4.0, True)
+
+
+def test_what_lateness_costs_is_in_the_scores(course, said):
+    """A penalty that is new shows, though the checks give the same."""
+    course.submit_file("bob", "2026-01-02 12:00:00 UTC", "timestamp.txt")
+    with Gradebook(course.db_url) as gradebook:
+        gradebook.update_or_create_assignment(ASSIGNMENT, duedate="2026-01-01 12:00:00 UTC")
+    with (course.root / "nbgrader_config.py").open("a", encoding="utf-8") as file:
+        file.write('get_config().LateSubmissionPlugin.penalty_method = "zero"\n')
+    forget(course, "bob")
+    assert said(ASSIGNMENT)[1].splitlines()[0] == "bob  powers  2 -> 0  (-2)"
+
+
+@pytest.mark.parametrize("moment", ["_read", "_store_notebook"])
+def test_what_was_broken_off_is_finished_by_the_same_command(course, monkeypatch, moment):
+    """Killed while it grades one notebook again, the command grades the whole submission when it is given again."""
+    forget(course, "bob")
+    with monkeypatch.context() as patch:
+        patch.setattr(ParallelAutograde, moment, lambda *_: os._exit(9))
+        child = os.fork()
+        if not child:
+            with contextlib.suppress(BaseException):
+                regrade(ASSIGNMENT, course.root)
+            os._exit(1)
+        assert os.waitstatus_to_exitcode(os.waitpid(child, 0)[1]) == 9
+    todo, changes = regrade(ASSIGNMENT, course.root)
+    assert [one.reason for one in todo] == ["its grading was broken off"]
+    assert [(one.student, one.after) for one in changes] == [("bob", 2.0)]
+    assert regrade(ASSIGNMENT, course.root) == ([], [])
 
 
 def test_what_is_not_there_is_refused(said, tmp_path):
