@@ -18,7 +18,7 @@ BUILTINS = frozenset(dir(builtins)) | {"get_ipython", "display", "__name__", "__
 MAX_CHARACTERS = 200_000
 MAX_MAGICS = 50
 # What reading a cell raises that is none; a `RuntimeError` comes from IPython, of cells that never become Python.
-_UNREADABLE = (SyntaxError, ValueError, RuntimeError, MemoryError)
+UNREADABLE = (SyntaxError, ValueError, RuntimeError, MemoryError)
 _MAGIC = re.compile(r"^\s*[%!?]|\?\s*$|=\s*[%!]", re.MULTILINE)
 
 
@@ -93,7 +93,7 @@ def analyse(source: str) -> Names:
         plain = transformed(source)
         tree = ast.parse(plain)
         table = symtable.symtable(plain, "<cell>", "exec")
-    except _UNREADABLE:
+    except UNREADABLE:
         return Names()
     loads: set[str] = set()
     stores: set[str] = set()
@@ -128,7 +128,7 @@ def statements(source: str) -> list[str]:
     """
     try:
         return [ast.unparse(node) for node in ast.parse(transformed(source)).body]
-    except _UNREADABLE:
+    except UNREADABLE:
         return [source]
 
 

@@ -17,6 +17,8 @@ from typing import TYPE_CHECKING, Any
 
 from . import outputs as outputs_
 from .analysis import BUILTINS, Names, analyse, statements
+from .beside import modules_of
+from .crossing import out_of_place, out_of_reach
 from .layout import Layout
 from .mirror import Mirror, import_for_test, installed
 from .remote import GraderError, is_remote
@@ -76,6 +78,8 @@ class Execution:
         Whether the sandbox may run the instructor's cells at the beginning once for all; see `worker.zygote`.
     layout : layout.Layout, optional
         What else is known of the release.
+    beside : frozenset of str, optional
+        Those of the files that are the instructor's; they lie in the working directory, see `beside.beside_tests`.
     """
 
     def __init__(
@@ -88,6 +92,7 @@ class Execution:
         *,
         warm: bool = True,
         layout: Layout | None = None,
+        beside: frozenset[str] = frozenset(),
     ) -> None:
         self.limits = limits
         self.cells = [
@@ -112,7 +117,8 @@ class Execution:
         stubs = [cell.stub for cell in self.cells if cell.role == "answer"]
         given = [cell.names for cell in self.cells if cell.role == "given"]
         shared = frozenset().union(*(names.stores - set(names.imports) for names in [*stubs, *given]))
-        self.mirror = Mirror(self.session, self.namespace, shared)
+        self.packages = installed() | modules_of(beside)
+        self.mirror = Mirror(self.session, self.namespace, shared, modules_of(beside))
 
     def beginning(self) -> list[str]:
         """Return the instructor's cells before the first one that a submission could have changed."""
@@ -187,7 +193,7 @@ class Execution:
 
     def run_test(self, index: int, cell: Cell) -> None:
         """Run one test cell here, its calls of the submission's functions in a fork of its state."""
-        self.mirror.enter(index)
+        self.mirror.enter(index, cell.node.source)
         self.mirror.cells = [
             (c.node.source, c.role == "given") for c in self.cells[:index] if c.role != "test"
         ]
@@ -195,6 +201,7 @@ class Execution:
         try:
             students = self.prepare(index, cell.names.loads | cell.names.deletes)
             self.mirror.bind(sorted(students))
+            self.shell.failure = None
             found, succeeded = run_cell(self.shell, cell.node.source)
             if not succeeded and not any(output["output_type"] == "error" for output in found):
                 raise GraderError("the test cell failed, and its error could not be shown")  # noqa: TRY301
@@ -219,8 +226,19 @@ class Execution:
         if not fault and failed and (names := self.redefined(index, cell)):
             cells = "a given cell or an earlier test"
             fault = f"the submission gives {', '.join(names)} another value than {cells}, which the test used"
+        if not fault and failed:
+            fault = self.excuse(index, cell)
         if fault:
             _flag(cell.node, fault)
+
+    def excuse(self, index: int, cell: Cell) -> str:
+        """Say why the test may have failed for running elsewhere than the submission; "" where nothing tells that."""
+        modules = {name for name, value in self.namespace.items() if type(value) is ModuleType}
+        own = [c.names for c in self.cells[:index] if c.role in ("plain", "answer")]
+        theirs = {name for names in own for name in names.stores} & {n for names in own for n in names.loads}
+        return out_of_place(self.shell.failure, self.mirror.cast) or out_of_reach(
+            cell.node.source, cell.names.stores, modules, theirs
+        )
 
     def redefined(self, index: int, cell: Cell) -> list[str]:
         """Return data of given cells and earlier tests that the test reads and the submission assigns anew."""
@@ -307,7 +325,7 @@ class Execution:
 
     def import_released(self, name: str, module: str, attribute: str | None) -> bool:
         """Do here what an import statement of the release does; return False where there is no such module here."""
-        found = import_for_test(module, installed())
+        found = import_for_test(module, self.packages)
         if not isinstance(found, ModuleType):
             return False
         if attribute is not None:

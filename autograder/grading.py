@@ -23,6 +23,7 @@ from autograder.symbolic import evaluated
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Iterator
+    from pathlib import Path
 
     from autograder.check import Outcome, Stage
 
@@ -62,6 +63,7 @@ def grading_run(
     run_id: str | None = None,
     publish: Callable[[dict[str, str]], None] | None = None,
     explain: bool | None = None,
+    root: Path | None = None,
 ) -> Iterator[None]:
     """Set, for the calls within, what a test cell cannot say itself.
 
@@ -75,8 +77,10 @@ def grading_run(
         Takes a report as display data (media type to text); IPython shows it if not given.
     explain : bool, optional
         Whether reports say, under a media type of their own, what the checks asked: see `autograder.explain`.
+    root : pathlib.Path, optional
+        The course's folder; found from the working directory if not given.
     """
-    given = {"secret": secret, "run_id": run_id, "publish": publish, "explain": explain}
+    given = {"secret": secret, "run_id": run_id, "publish": publish, "explain": explain, "root": root}
     given = {name: value for name, value in given.items() if value is not None}
     token = _settings.set(_settings.get() | given)
     try:
@@ -154,7 +158,8 @@ def _grade(stage: Stage, function: Callable[..., Any], points: float) -> Score:
 
 def outcome_of(stage: Stage, function: Callable[..., Any]) -> Outcome:
     """Run a stage's hidden checks with this run's secret."""
-    return run_stage(stage, function, _settings.get().get("secret") or course_secret())
+    settings = _settings.get()
+    return run_stage(stage, function, settings.get("secret") or course_secret(settings.get("root")))
 
 
 def run_id() -> str:

@@ -99,6 +99,7 @@ class IsolatedExecute(NbGraderPreprocessor):
             notebook=pack(nb),
             release={cell.name: cell.source for cell in released},
             layout=info.get("layout", Layout()),
+            given=info.get("given", frozenset()),
             files=files,
             limits=tuple(self.limits().to_list()),
             packages=tuple(self.packages),

@@ -19,6 +19,7 @@ from importlib.metadata import packages_distributions
 from typing import TYPE_CHECKING, Any, NoReturn
 
 from . import wire
+from .crossing import seeds
 from .remote import (
     GraderError,
     LimitExceeded,
@@ -31,6 +32,7 @@ from .remote import (
     rebuild_exception,
 )
 from .session import Ended
+from .worker import randomness
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Container
@@ -51,18 +53,30 @@ class Mirror:
         The globals of the test cells.
     shared : frozenset of str
         Names of the release, which a test cell may assign data to.
+    beside : frozenset of str, optional
+        Modules of the instructor's that lie beside the notebook.
     """
 
-    def __init__(self, session: Session, namespace: dict[str, Any], shared: frozenset[str]) -> None:
+    def __init__(
+        self,
+        session: Session,
+        namespace: dict[str, Any],
+        shared: frozenset[str],
+        beside: frozenset[str] = frozenset(),
+    ) -> None:
         self.session = session
+        self.beside = beside
         self.namespace = namespace
         self.shared = shared
         self.cells: list[tuple[str, bool]] = []  # source of those before the test, and whether it is ours
         self.enter(0)
 
-    def enter(self, number: int) -> None:
+    def enter(self, number: int, source: str = "") -> None:
         """Begin with the test cell at a mark: nothing of an earlier one is left."""
         self.number = number
+        self.random = randomness.states() if seeds(source) else None  # as both sides have them
+        self.sown = False  # whether the test has set them
+        self.cast: set[str] = set()  # classes of what came as plain data
         self.fault = ""
         self.giving = False  # whether a given cell runs, which the submission has run too
         self.process: object = None  # stands for the process that answers; None before it is started
@@ -119,12 +133,12 @@ class Mirror:
         if type(said) is not list or len(said) < 1:
             raise Ended("protocol")
         if said[0] == "module" and len(said) == 2 and type(said[1]) is str:
-            return import_for_test(said[1], self.session.sandbox.importable)
+            return import_for_test(said[1], {*self.beside, *self.session.sandbox.importable})
         if said[0] == "data" and len(said) == 2:
             try:
                 top = lambda ref: Remote(self, ref, name, self.process)  # noqa: E731
                 inner = lambda ref: Remote(self, ref, "", self.process)  # noqa: E731
-                return wire.decode(said[1], top if _is_ref(said[1]) else inner)
+                return wire.decode(said[1], top if _is_ref(said[1]) else inner, casts=self.cast)
             except wire.WireError:
                 return _GONE
         return _GONE
@@ -133,7 +147,10 @@ class Mirror:
         """Return what the test cell did to the student's names since it was last asked."""
         if self.giving:
             return []
-        new = []
+        new: list[list] = []
+        if self.random is not None and (now := randomness.states()) != self.random:
+            self.random, self.sown = now, True
+            new.append(["random", wire.encode(now)])
         for name, before in self.known.items():
             value = self.namespace.get(name, _GONE)
             if value is before:
@@ -146,7 +163,7 @@ class Mirror:
                 if encoded != before:
                     new.append(["set", name, encoded])
                 self.known[name] = value if is_remote(value) else encoded
-        self.changes += new
+        self.changes += [change for change in new if change[0] != "random"]
         return new
 
     # requests
@@ -214,12 +231,17 @@ class Mirror:
         if kind not in ("value", "raised") or type(changed) is not list or type(printed) is not str:
             raise wire.WireError("an answer of another kind")
         for place, new in changed:
-            if not _update(args[place] if type(place) is int else kwargs[place], wire.decode(new)):
+            if place == randomness.DRAWN and self.random is not None:
+                drawn = wire.decode(new)
+                randomness.put(drawn)
+                self.random = drawn
+            elif not _update(args[place] if type(place) is int else kwargs[place], wire.decode(new)):
                 self.refuse(
                     "the call changed type, size or content of an argument to what cannot be shown to the test"
                 )
         if kind == "value":
-            return wire.decode(body, lambda ref: Remote(self, ref, "", self.process)), None, printed
+            remote = lambda ref: Remote(self, ref, "", self.process)  # noqa: E731
+            return wire.decode(body, remote, casts=self.cast), None, printed
         if [type(item) for item in body] != [str, str, str, str, int, str]:
             raise wire.WireError("an exception of another kind")
         return None, rebuild_exception(body), printed
@@ -242,8 +264,9 @@ class Mirror:
         names, self.described = list(self.described), {}
         if names:
             self.describe(names)
-        if self.changes:
-            self.session.ask(["apply", self.changes])
+        changes = [*self.changes, *([["random", wire.encode(self.random)]] if self.sown else [])]
+        if changes:
+            self.session.ask(["apply", changes])
 
     def _number(self, remote: Remote) -> int:
         """Return the number of an object in the process that runs now."""

@@ -31,6 +31,7 @@ from nbgrader.converters.base import NbGraderException
 from sqlalchemy.engine import make_url
 from traitlets import Bool, Integer, Unicode
 
+from .beside import released_files
 from .database import one_engine
 from .interrupted import (
     MARKER,
@@ -141,7 +142,7 @@ class ParallelAutograde(Autograde):
             self._require_sandbox()
         self.coursedir.get_existing_timestamp = partial(submitted_at, self.coursedir)
         self.exporter.optimistic_validation = True  # once after all steps, not after each
-        self._releases: dict[tuple[str, str, str], tuple[Layout, list[Released]]] = {}
+        self._releases: dict[tuple[str, str, str], tuple[Layout, list[Released], frozenset[str]]] = {}
         todo = [self._submission(folder) for folder in sorted(self.assignments)]
         progress = Progress(len(todo), shown=self.progress and sys.stderr.isatty())
         errors: list[Submission] = []
@@ -331,7 +332,7 @@ class ParallelAutograde(Autograde):
         info = resources["nbgrader"]
         # What was handed in goes past nbconvert, which stumbles over what is not quite a notebook, to `RepairNotebook`.
         info["submitted"], info["unreadable"] = read_submission(Path(filename))
-        info["layout"], info["released"] = self._released(info["assignment"], info["notebook"])
+        info["layout"], info["released"], info["given"] = self._released(info["assignment"], info["notebook"])
         folder = self._format_dest(info["assignment"], info["student"])
         resources["metadata"] = {"name": info["notebook"], "path": folder}
         self._init_preprocessors()
@@ -339,14 +340,15 @@ class ParallelAutograde(Autograde):
         self.write_single_notebook(output, resources)
         return nbformat.reads(output, as_version=4), resources
 
-    def _released(self, assignment: str, notebook: str) -> tuple[Layout, list[Released]]:
-        """Return layout and cells of a release; they are read once in a run."""
+    def _released(self, assignment: str, notebook: str) -> tuple[Layout, list[Released], frozenset[str]]:
+        """Return layout, cells and files of a release; they are read once in a run."""
         what = (self.coursedir.db_url, assignment, notebook)
         if what not in self._releases:
             folder = self.coursedir.format_path(self.coursedir.release_directory, ".", assignment)
             *_, last = {}, *(version.cells for version in read_history(*what))
             layout = read_layout(Path(folder, f"{notebook}.ipynb"), last)
-            self._releases[what] = layout, read_release(*what, layout.order)
+            given = released_files(self.coursedir, assignment, self.exclude_overwriting)
+            self._releases[what] = layout, read_release(*what, layout.order), given
         return self._releases[what]
 
     # after execution

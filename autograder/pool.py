@@ -21,9 +21,11 @@ from typing import IO, TYPE_CHECKING
 
 import nbformat
 
+from .beside import beside_tests
 from .layout import Layout
 from .roles import REVIEW, role_of
 from .sandbox import Sandbox, SandboxError
+from .secret import course_root
 from .worker.limits import Limits
 
 if TYPE_CHECKING:
@@ -64,6 +66,8 @@ class Job:
         See `grading.grading_run`.
     layout : layout.Layout
         What else is known of the release.
+    given : frozenset of str
+        Those of the files that are the instructor's.
     secret : str
         The course's secret where the process that executes cannot look it up; empty where it can.
     """
@@ -81,6 +85,7 @@ class Job:
     warm: bool = True
     explain: bool = False
     layout: Layout = field(default_factory=Layout)
+    given: frozenset[str] = frozenset()
     secret: str = field(default="", repr=False)
 
     def record(self) -> dict[str, str]:
@@ -155,11 +160,13 @@ def execute(job: Job) -> str:
         notebook = unpack(job.notebook)
         killed = killed_for_memory()
         try:
-            with grading.grading_run(run_id=job.run, secret=job.secret or None, explain=job.explain):
+            settings = {"secret": job.secret or None, "explain": job.explain, "root": course_root()}
+            with grading.grading_run(run_id=job.run, **settings), beside_tests(job.files, job.given):
                 limits = Limits.from_list(list(job.limits))
                 execution = execute_.Execution(
-                    notebook, job.release, sandbox, limits, job.files, warm=job.warm, layout=job.layout
-                )
+                    notebook, job.release, sandbox, limits, job.files,
+                    warm=job.warm, layout=job.layout, beside=job.given,
+                )  # fmt: skip
                 execution.run()
         except SandboxError:
             _close_sandboxes()

@@ -122,6 +122,8 @@ class Remote:
         """Return an attribute of the student's object: plain data, or another `Remote`."""
         if attribute == "__name__" and parts(self)[2]:
             return parts(self)[2]
+        if attribute in _OF_DEFINITIONS:
+            _refusing(attribute)(self)
         if attribute.startswith("__") or attribute in {"_repr_mimebundle_", "_ipython_display_"}:
             raise AttributeError(attribute)
         return parts(self)[0].get_attribute(self, attribute)
@@ -142,10 +144,26 @@ class Remote:
     __hash__ = object.__hash__
 
 
+# What the definition of a function or class says, which tests of style and signature ask.
+_OF_DEFINITIONS = frozenset(
+    f"__{name}__"
+    for name in [
+        "bases",
+        "mro",
+        "annotations",
+        "code",
+        "defaults",
+        "kwdefaults",
+        "closure",
+        "globals",
+        "signature",
+    ]
+)
 _OPERATIONS = (
     "eq ne lt le gt ge bool len iter next getitem setitem delitem contains float int complex index round abs neg pos "
     "invert add radd sub rsub mul rmul truediv rtruediv floordiv rfloordiv mod rmod pow rpow matmul rmatmul and rand "
-    "or ror xor rxor lshift rlshift rshift rrshift divmod rdivmod enter exit await array reduce_ex delattr"
+    "or ror xor rxor lshift rlshift rshift rrshift divmod rdivmod enter exit await array reduce_ex delattr "
+    "instancecheck subclasscheck mro_entries"
 )
 for _operation in _OPERATIONS.split():
     setattr(Remote, f"__{_operation}__", _refusing(f"__{_operation}__"))

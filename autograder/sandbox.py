@@ -211,8 +211,8 @@ def command(packages: Sequence[str], mode: str, hidden: Sequence[str] = ()) -> l
     arguments += [*_folders(Path(SITE)), *_folders(Path(WORKER, NAME))]
     for source, target in _site_binds(tuple(packages)):
         arguments += ["--ro-bind", source, target]
-    arguments += ["--ro-bind", str(here / "wire.py"), f"{WORKER}/{NAME}/wire.py"]
-    arguments += ["--ro-bind", str(here / "frames.py"), f"{WORKER}/{NAME}/frames.py"]
+    for name in ("wire.py", "named.py", "frames.py"):
+        arguments += ["--ro-bind", str(here / name), f"{WORKER}/{NAME}/{name}"]
     arguments += ["--ro-bind", str(here / "worker"), f"{WORKER}/{NAME}/worker"]
     arguments += ["--dev", "/dev", "--tmpfs", "/tmp", "--dir", "/home/student", "--chdir", "/home/student"]  # noqa: S108
     # What is mapped from /dev/zero is memory that no limit counts.

@@ -115,7 +115,7 @@ def _task(file: str, known: list[Path], *, given: bool) -> Task:
     try:
         Path(file).open("rb").close()
     except OSError as error:
-        raise UsageError(f"{file}: expected a notebook, got {error.strerror}") from None
+        raise UsageError(f"{file}: expected a notebook, got {str(error.strerror).lower()}") from None
     fitting = [path for path in known if path.stem == Path(file).stem]
     if not fitting and given and len(known) == 1:
         fitting = known

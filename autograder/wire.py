@@ -15,14 +15,14 @@ The module is used on both sides of the sandbox and imports nothing but numpy.
 
 from __future__ import annotations
 
-import importlib
 import math
 import re
-import sys
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from .named import WireError, name_of, resolve_named
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -30,12 +30,6 @@ if TYPE_CHECKING:
 MAX_BYTES = 64 * 1024 * 1024
 MAX_DEPTH = 40
 MAX_ITEMS = 2_000_000
-# Roots of modules whose functions and classes may be named across the border (``np.sin`` handed to a student's solver).
-NAMED_ROOTS = frozenset({"builtins", "math", "cmath", "operator", "numpy", "scipy", "sympy"})
-# Builtins that are no business of a value: naming them would hand the reader a tool, not data.
-_UNNAMEABLE = frozenset(
-    {"eval", "exec", "compile", "open", "__import__", "input", "breakpoint", "globals", "vars"}
-)
 _DTYPE_KINDS = frozenset("biufcSUMm")
 _DTYPE = re.compile(r"[<>|=]?[biufcSUMm][0-9]{1,9}(\[[0-9]{0,9}[A-Za-z]{1,2}\])?")
 _BIT_GENERATORS = frozenset({"PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64"})
@@ -43,8 +37,8 @@ _BIT_GENERATORS = frozenset({"PCG64", "PCG64DXSM", "MT19937", "Philox", "SFC64"}
 _BUFFERS = {"MT19937": 624, "Philox": 4}
 
 _LIST, _TUPLE, _DICT, _SET, _FROZENSET, _INT, _COMPLEX, _ARRAY = range(8)
-_SCALAR, _GENERATOR, _REF, _NAMED, _RANGE, _SLICE, _DOTS, _BYTEARRAY = range(8, 16)
-# A subclass of a builtin crosses as the builtin: its own methods are not asked. (Counter, namedtuple, IntEnum ...)
+_SCALAR, _GENERATOR, _REF, _NAMED, _RANGE, _SLICE, _DOTS, _BYTEARRAY, _CAST = range(8, 17)
+# A subclass of a builtin crosses as the builtin, with its name: its own methods are not asked. (Counter, IntEnum ...)
 _PLAIN_BASES: tuple[tuple[type, Any], ...] = (
     (int, int.__int__),
     (float, float.__float__),
@@ -57,10 +51,6 @@ _PLAIN_BASES: tuple[tuple[type, Any], ...] = (
     (set, lambda value: set(set.__iter__(value))),
     (frozenset, lambda value: frozenset(frozenset.__iter__(value))),
 )
-
-
-class WireError(ValueError):
-    """A value that cannot cross, or a frame that is not one."""
 
 
 @dataclass(frozen=True)
@@ -85,8 +75,9 @@ class Ref:
 class _Budget:
     """Counts items so that a small frame cannot unfold into a large structure."""
 
-    def __init__(self) -> None:
+    def __init__(self, casts: set[str] | None = None) -> None:
         self.items = 0
+        self.casts = set() if casts is None else casts
 
     def spend(self, count: int, depth: int) -> None:
         self.items += count
@@ -170,11 +161,14 @@ def _encode(value: object, to_ref: Callable | None, budget: _Budget, depth: int,
         return [_DOTS]
     if kind is bytearray:
         return [_BYTEARRAY, bytes(value)]
-    if named and (name := _name_of(value)) is not None:
+    if named and (name := name_of(value)) is not None:
         return [_NAMED, *name]
+    if to_ref is not None and issubclass(kind, dict) and kind.__module__.startswith("scipy."):
+        return _as_ref(value, to_ref)  # the result of an optimizer or solver, which is asked for attributes
     for base, plain in _PLAIN_BASES:
         if issubclass(kind, base):
-            return _encode(plain(value), to_ref, budget, depth, named=named)
+            encoded = _encode(plain(value), to_ref, budget, depth + 1, named=named)
+            return encoded if to_ref is None else [_CAST, kind.__name__[:200], encoded]
     return _as_ref(value, to_ref)
 
 
@@ -209,60 +203,13 @@ def _encode_generator(
     return [_GENERATOR, name, _encode(value.bit_generator.state, None, budget, depth + 1, named=False)]
 
 
-def _name_of(value: object) -> tuple[str, str] | None:
-    """Return module and name of a library function or class, None for anything else."""
-    if not callable(value):
-        return None
-    name = getattr(value, "__name__", None)
-    module = getattr(value, "__module__", None) or ("numpy" if type(value) is np.ufunc else None)
-    if type(name) is not str or type(module) is not str or module.partition(".")[0] not in NAMED_ROOTS:
-        return None
-    try:
-        found = resolve_named(module, name)
-    except WireError:
-        return None
-    return (module, name) if found is value else None
-
-
-def resolve_named(module: str, name: str, *, loaded_only: bool = False) -> Any:
-    """Return the library function or class of that name.
-
-    Parameters
-    ----------
-    module, name : str
-        Where it is defined, for example ``"math"`` and ``"sin"``.
-    loaded_only : bool, optional
-        Whether only modules that are imported already are looked into: a submission must not choose what is imported.
-
-    Returns
-    -------
-    callable
-        The object itself.
-
-    Raises
-    ------
-    WireError
-        If the module is not one of the known libraries, or has no such function.
-
-    Examples
-    --------
-    >>> resolve_named("math", "hypot")(3.0, 4.0)
-    5.0
-    """
-    if type(module) is not str or type(name) is not str or module.partition(".")[0] not in NAMED_ROOTS:
-        raise WireError("a name outside the known libraries")
-    if (module == "builtins" and name in _UNNAMEABLE) or name.startswith("_"):
-        raise WireError(f"{name} may not be named")
-    try:
-        found = getattr(sys.modules[module] if loaded_only else importlib.import_module(module), name)
-    except (ImportError, AttributeError, ValueError, KeyError) as error:
-        raise WireError(f"no {name} in {module}") from error
-    if not callable(found):
-        raise WireError(f"{module}.{name} is not a function")
-    return found
-
-
-def decode(data: object, from_ref: Callable[[Ref], Any] | None = None, *, allow_named: bool = False) -> Any:
+def decode(
+    data: object,
+    from_ref: Callable[[Ref], Any] | None = None,
+    *,
+    allow_named: bool = False,
+    casts: set[str] | None = None,
+) -> Any:
     """Turn what MessagePack carried back into a value; the inverse of :func:`encode`.
 
     Parameters
@@ -274,6 +221,8 @@ def decode(data: object, from_ref: Callable[[Ref], Any] | None = None, *, allow_
     allow_named : bool, optional
         Whether a library function named in the data is looked up. The grader reads the worker with False: what a
         submission sends is then data and nothing else.
+    casts : set of str, optional
+        Takes the names of the classes whose objects came as plain data.
 
     Returns
     -------
@@ -286,7 +235,7 @@ def decode(data: object, from_ref: Callable[[Ref], Any] | None = None, *, allow_
         If the data is anything but the output of :func:`encode`.
     """
     try:
-        return _decode(data, from_ref, _Budget(), 0, allow_named=allow_named)
+        return _decode(data, from_ref, _Budget(casts), 0, allow_named=allow_named)
     except WireError:
         raise
     except (TypeError, ValueError, OverflowError, KeyError, IndexError, AttributeError, MemoryError) as error:
@@ -338,6 +287,10 @@ def _decode(  # noqa: C901, PLR0911, PLR0912  (one branch for each kind of value
         return slice(*(inner(item) for item in rest))
     if tag == _DOTS:
         return Ellipsis
+    if tag == _CAST:
+        name, _ = rest
+        budget.casts.update(_exact([name], str))
+        return inner(rest[1])
     if tag == _BYTEARRAY:
         return bytearray(*_exact(rest, bytes))
     raise WireError(f"unknown tag {tag}")

@@ -112,6 +112,7 @@ class _Hook(DisplayHook):
 class NotebookShell(InteractiveShell):
     """IPython as a notebook kernel presents it, in this process."""
 
+    failure: BaseException | None = None  # what ended the last cell
     displayhook_class = Type(_Hook)
     display_pub_class = Type(_Publisher)
 
@@ -213,7 +214,9 @@ def run_cell(shell: NotebookShell, source: str) -> tuple[list[dict[str, Any]], b
         try:
             result = shell.run_cell(source, store_history=True)
             succeeded = bool(result.success)
+            shell.failure = result.error_before_exec or result.error_in_exec
         except BaseException as error:  # noqa: BLE001  (KeyboardInterrupt and SystemExit pass IPython's own net)
+            shell.failure = error
             recorder.error(type(error).__name__, str(error), [f"{type(error).__name__}: {error}"])
             succeeded = False
     return recorder.finish(), succeeded

@@ -18,7 +18,7 @@ from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from .. import wire
-from . import lines, symbolic
+from . import lines, randomness, symbolic
 from .channel import Channel, Closed
 from .shell import recording, run_cell
 
@@ -61,6 +61,7 @@ class State:
         self.begun = list(begun)
         self.objects: list[Any] = []
         self.children: set[int] = set()
+        self.random: list | None = None  # the shared generators as the test set them, where it did
 
     def serve(self) -> None:
         """Answer requests until the warden is gone."""
@@ -161,7 +162,10 @@ class State:
     def apply(self, changes: list) -> None:
         """Carry over what the test cell assigned or deleted since the last request."""
         for change in changes:
-            if change[0] == "set":
+            if change[0] == "random":
+                randomness.put(wire.decode(change[1]))
+                self.random = randomness.states()
+            elif change[0] == "set":
                 self.shell.user_ns[change[1]] = wire.decode(change[2], self.look_up, allow_named=True)
             else:
                 self.shell.user_ns.pop(change[1], None)
@@ -191,6 +195,9 @@ class State:
         changed = [
             [place, new] for (place, _), old, new in zip(places, before, after, strict=True) if new != old
         ]
+        if self.random is not None and (drawn := randomness.states()) != self.random:
+            self.random = drawn
+            changed.append([randomness.DRAWN, wire.encode(drawn)])
         printed = "".join(o["text"] for o in recorder.finish() if o.get("name") == "stdout")
         return [*result, changed, printed]
 

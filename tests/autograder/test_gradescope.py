@@ -87,7 +87,7 @@ def test_without_a_notebook_there_are_no_results(machine):
     handed_in.unlink()
     done = run()
     assert done.returncode != 0
-    assert "expected a notebook, got no such file" in done.stderr
+    assert "expected a notebook, got no such file or directory" in done.stderr
     assert not list((root / "results").iterdir())
 
 
